@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import hypothesis
@@ -47,9 +48,24 @@ def start_node(own_domain: None) -> Iterator[Callable[..., Any]]:  # noqa: ARG00
         return nodes[-1]
 
     yield start
-    for node in nodes:
-        node.ros.destroy_node()
+    for made in nodes:
+        getattr(made, "node", made).ros.destroy_node()
     rclpy.try_shutdown()
+
+
+@pytest.fixture
+def callbacks(monkeypatch: pytest.MonkeyPatch) -> dict[str, Callable[[Any], None]]:
+    """Return {topic: callback} of the nodes made from now on, whose topics no middleware carries."""
+    from quad_node.links import Links
+
+    found: dict[str, Callable[[Any], None]] = {}
+
+    def subscribe(_: Any, topic: str, callback: Any, depth: int = 10, raw: bool = False) -> Any:  # noqa: ARG001
+        found[topic] = callback
+        return SimpleNamespace(handle=SimpleNamespace(take_message=lambda *_: None))
+
+    monkeypatch.setattr(Links, "subscribe", subscribe)
+    return found
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -2,6 +2,7 @@
 
 import sys
 from pathlib import Path
+from unittest.mock import Mock, patch
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -16,15 +17,15 @@ for _path in (vehicle_packages(), HERE):
 from fake_autopilot import FakeAutopilot  # noqa: E402
 
 from quad_autopilot import arming, odometry  # noqa: E402
-from quad_autopilot.arming import Inputs, Phase, Setpoint, Wish  # noqa: E402
+from quad_autopilot.arming import Inputs, Phase, Wish  # noqa: E402
 from quad_autopilot.autopilot import Stamps  # noqa: E402
+from quad_autopilot.autopilot_flight import AutopilotFlight  # noqa: E402
 from quad_core.types import AttitudeThrust, Quat  # noqa: E402
 from quad_core.vehicle import Vehicle  # noqa: E402
-from quad_mavlink.node import MavlinkInterface  # noqa: E402
+from quad_mavlink import node  # noqa: E402
 from quad_mavlink.parameters import MavlinkBridgeParameters  # noqa: E402
-from quad_msgs.msg import NodeStatus  # noqa: E402
 
-MASS, WEIGHT = 2.064, 2.064 * 9.81
+MASS = 2.064
 BEAT = 5  # steps of the fake's 4 ms
 
 
@@ -40,21 +41,27 @@ def hover(state, height):
 
 
 class Flight:
-    """Stands for the bridge's node; ``height`` m is flown; without ``commands`` no controller answers."""
+    """Stands for the flight's side of the bridge; ``height`` m is flown; without ``commands`` no controller answers."""
+
+    safe_thrust, level = AutopilotFlight.safe_thrust, AutopilotFlight.level
 
     def __init__(self, options=None, height=1.0, commands=True, **settings):
         port = free_port()
         settings = {"max_rotor_thrust": 8.549, "listen": f"127.0.0.1:{port}", **settings}
         self.settings = MavlinkBridgeParameters(**settings)
         self.fake = FakeAutopilot(port, options or {})
-        self.vehicle, self.phase, self.elapsed_ns, self.estimator = Vehicle(mass=MASS), 0, 0, ""
-        self.status = NodeStatus.STARTING
-        self.bridge = MavlinkInterface(self)
-        self.bridge.clock = lambda: self.fake.now
+        self.node, self.leader, self.is_over = Mock(vehicle=Vehicle(mass=MASS)), Mock(), False
+        self.said = self.ack = self.sample = self.state = self.output = None
+        with patch.object(node, "AutopilotFlight", self.made):
+            self.bridge = node.MavlinkBridge()
         self.height, self.commands = height, commands
-        self.memory, self.output, self.sample, self.state = arming.Memory(), None, None, None
+        self.memory = arming.Memory()
         self.steps, self.heard, self.wish = 0, -9.0, Wish.FLY
         self.rejected, self.unanswered = [], np.inf
+
+    def made(self, kind, profile, *, ask, refusal, **_):
+        self.profile, self.ask, self.refusal = profile, ask, refusal
+        return self
 
     @property
     def events(self):
@@ -64,16 +71,13 @@ class Flight:
     def refusals(self):
         return {why for _, why in self.fake.report["refusals"]}
 
-    def every(self, period, callback):
-        """Leave the time to ``tick``."""
-
-    def event(self, *_, **__):
-        """Pass over an event."""
+    def clock(self):
+        return self.fake.now
 
     def stamps(self):
         return Stamps(self.sample.timestamp, self.sample.timestamp_sample)
 
-    def on_sample(self, sample):
+    def take(self, sample):
         why = odometry.refusal(sample, self.sample.timestamp_sample if self.sample else -1)
         if why:
             self.rejected.append(why)
@@ -83,23 +87,24 @@ class Flight:
         if self.memory.phase != Phase.FLY or self.commands:
             self.unanswered = np.inf
         if self.memory.phase == Phase.FLY and self.commands:
-            self.bridge.send_attitude(hover(self.state, self.height), self.state)
+            self.bridge.send_attitude(hover(self.state, self.height))
 
-    def beat(self):
+    def begin_step(self):
+        return True
+
+    def step(self):
         now = self.fake.now
         # as in the bridge: for how long a state has waited for a command
         age = max(now - self.unanswered, 0.0)
-        refusal = self.bridge.refusal() if self.memory.phase == Phase.STREAM else ""
-        given = Inputs(now, now, self.bridge.autopilot, self.bridge.ack, age, now - self.heard, refusal)
+        refusal = self.refusal() if self.memory.phase == Phase.STREAM else ""
+        given = Inputs(now, now, self.said, self.ack, age, now - self.heard, refusal)
         self.output, self.memory = arming.step(
-            self.bridge.profile, self.settings.arming, self.memory, given._replace(wish=self.wish)
+            self.profile, self.settings.arming, self.memory, given._replace(wish=self.wish)
         )
-        self.bridge.ack = None
+        self.ack = None
         if self.output.request is not None:
-            self.bridge.send_request(self.output.request)
-        if self.state is not None and self.output.setpoint in (Setpoint.IDLE, Setpoint.LEVEL):
-            thrust = WEIGHT if self.output.setpoint == Setpoint.LEVEL else 0.0
-            self.bridge.send_safe(self.output.setpoint, thrust, self.state)
+            self.ask(self.output.request)
+        return self.output
 
     def run(self, until, longest=30.0):
         """Fly until phase ``until``; return the last output."""
@@ -113,11 +118,11 @@ class Flight:
         self.fake.take()
         self.fake.step()
         self.fake.publish()
-        self.bridge.take()
+        self.bridge._read()
         if self.steps % 250 == 0:
-            self.bridge.on_second()
+            self.bridge.ask_for_more()
         if self.steps % BEAT == 0:
-            self.beat()
+            self.bridge.step()
         self.steps += 1
 
     def fly(self, seconds):
@@ -129,5 +134,5 @@ class Flight:
         return self
 
     def __exit__(self, *_):
-        self.bridge.close()
+        self.bridge.shut_down()
         self.fake.socket.close()

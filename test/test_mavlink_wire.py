@@ -42,7 +42,7 @@ def test_targets_are_stamped_in_the_autopilot_s_time_and_stale_ones_are_refused(
         assert np.abs(rows[:, 0] - 1e-3 * rows[:, 2]).max() < 0.1
         old = flight.sample._replace(timestamp_sample=1_000_000)
         flight.sample = old
-        flight.bridge.send_attitude(hover(flight.state, 1.0), flight.state)
+        flight.bridge.send_attitude(hover(flight.state, 1.0))
         flight.fake.take()
         assert "stale" in flight.refusals
 
@@ -87,7 +87,7 @@ def test_a_pilot_has_the_vehicle_within_one_heartbeat_and_nothing_is_asked_again
     with flying({"kind": kind, "pilot_after": 3.0}) as flight:
         output = flight.run(Phase.LANDED)
         taken = next(at for at, what in flight.fake.report["events"] if what == "pilot")
-        assert f"a pilot or {flight.bridge.profile.name} took the vehicle in flight" in output.reason
+        assert f"a pilot or {flight.profile.name} took the vehicle in flight" in output.reason
         assert flight.fake.now - taken < 0.3
         sent = len(flight.fake.report["targets"])
         flight.fly(0.5)

@@ -60,7 +60,7 @@ def test_a_node_s_file_names_its_topics(role, commanded, monkeypatch):
         roles = f"{ROLES},commander" if commanded else ROLES
         executor.init(["--ros-args", "-p", f"flight.roles:={roles}"])
         try:
-            node = getattr(module, maker)().ros
+            node = getattr(module, maker)().node.ros
             name, space = node.get_name(), node.get_namespace()
             assert without_services(node.get_subscriber_names_and_types_by_node(name, space)) == subscribed
             assert without_services(node.get_publisher_names_and_types_by_node(name, space)) == published

@@ -194,7 +194,7 @@ def services_page() -> str:
 
 
 def event_rows() -> list[list[str]]:
-    """Return one row per kind: those of ``event(FlightEvent.SEVERITY, "kind", text)`` in the sources, and the named.
+    """Return one row per kind: those of ``events.warn("kind", text)`` and the like, and the named.
 
     Raises KeyError for a kind without a meaning and ValueError for a meaning whose kind is in no source.
     """
@@ -203,12 +203,12 @@ def event_rows() -> list[list[str]]:
         raise ValueError(f"event_meanings.yaml: found {', '.join(gone)}, expected kinds that the sources send")
     found: dict[str, tuple[set[str], set[str]]] = {kind: (set(), set()) for kind in EVENTS}
     for path, source in sources.items():
-        sent = re.findall(r"(?:event|report)\(\s*FlightEvent\.(\w+), \"(\w+)\"", source)
-        sent += [("warning", kind) for kind in re.findall(r"\"(rejected_\w+)\"", source)]
+        sent = re.findall(r"(?<!log\.)\b(info|warn|error)\(\s*\"(\w+)\"", source)
+        sent += [("warn", kind) for kind in re.findall(r"\"(rejected_\w+)\"", source)]
         sent += [("error", kind) for kind in re.findall(r"_give_up\(\"(\w+)\"", source)]  # of the odometry relay
         for severity, kind in sent:
             severities, packages = found.setdefault(kind, (set(), set()))
-            severities.add(severity.lower())
+            severities.add(severity.replace("warn", "warning"))
             packages.add(path.relative_to(ROOT / "src").parts[0])
     return [
         [f"`{kind}`", ", ".join(sorted(severities)) or "warning", ", ".join(sorted(packages)), EVENTS[kind]]

@@ -4,22 +4,23 @@ import sys
 import time
 
 from quad_core.cascade import ATTITUDE
+from quad_node.law_node import LawNode
 from quad_node.main import run
-from quad_node.responder import LawNode
 
 PAUSE = float(sys.argv.pop(1))
 
 
-class Slow(LawNode):
-    """Computes as every controller, but late."""
+def slow():
+    """Return a node that computes as every controller, but late."""
+    made = LawNode(ATTITUDE)
+    compute = made.compute
 
-    def __init__(self):
-        super().__init__(ATTITUDE)
-
-    def answer(self, sample, arrivals):
-        """Give the law's answer after a pause."""
+    def late(*given):
         time.sleep(PAUSE)
-        yield from super().answer(sample, arrivals)
+        return compute(*given)
+
+    made.compute = late
+    return made
 
 
-sys.exit(run(ATTITUDE, Slow, "slow"))
+sys.exit(run(ATTITUDE, slow, "slow"))

@@ -8,8 +8,8 @@ Topics that every node has: ``quad_node.flight_node``.
 import sys
 
 from quad_core.cascade import ATTITUDE
+from quad_node.law_node import LawNode
 from quad_node.main import run
-from quad_node.responder import LawNode
 
 
 def make() -> LawNode:

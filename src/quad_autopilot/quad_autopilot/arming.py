@@ -159,6 +159,10 @@ class Output(NamedTuple):
     reason: str
 
 
+QUIET = Output(STREAM, False, Setpoint.NONE, None, "")
+"""What goes out before the sequence begins."""
+
+
 class Case:
     """What the conditions of ``RULES`` look at, and the words of their texts."""
 

@@ -5,14 +5,13 @@ from collections.abc import Callable
 from functools import partial
 
 from quad_core.cascade import POSITION, STAGES
-from quad_node.flight_node import FlightNode
-from quad_node.main import run_all
-from quad_node.responder import LawNode
+from quad_node.law_node import LawNode
+from quad_node.main import Owner, run_all
 
 NAME = "one_process"
 
 
-def makers() -> list[Callable[[], FlightNode]]:
+def makers() -> list[Callable[[], Owner]]:
     """Return the classes of the nodes, the simulator first."""
     from quad_dynamics.node import Simulator
     from quad_flight_log.recorder.node import Recorder

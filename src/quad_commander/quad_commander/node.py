@@ -28,11 +28,12 @@ from quad_core.enumerations import ON_GROUND, GuardMode, Mode, Request
 from quad_core.types import GuardStatus, TrajectoryPoint
 from quad_msgs.msg import AutopilotStatus, FlightEvent, FlightMode, FlightPlan, FlightRequest
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
-from quad_node import links, topics
+from quad_node import topics
 from quad_node.codec import Stamped, head_of, packer
 from quad_node.conversion import set_stamp
+from quad_node.flight_node import FlightNode
 from quad_node.main import run
-from quad_node.responder import InputTopic, Responder, Sample
+from quad_node.responder import Responder, Sample
 
 _CHECKS_EVERY, _FIRST_LOOK = 0.3, 1.0  # s; over which an autopilot that is not armed yet is looked at
 _WINDOW = 1.0  # s over which late cycles are counted
@@ -43,13 +44,14 @@ _MOST_REQUESTS = 512  # messages: a burst of others must not push out a KILL bef
 _MISSED_TICKS = 0.1  # s: the same for the state, which may be all that is missing from one tick to the next
 
 
-class Commander(Responder):
+class Commander:
     """Decides which mode is flown, and makes its reference."""
 
     def __init__(self) -> None:
         """Read the mission and join; raises as FlightNode."""
-        super().__init__(COMMANDER)
-        self.settings = self.resolved.node
+        self.node = node = FlightNode(COMMANDER, watch=self._watch)
+        self.responder = Responder(node, self.step)
+        self.settings, self._period = node.settings, node.flight.plant_period
         known = plugins.names(plugins.TRAJECTORY)
         text = self.settings.mission
         self._mission = missions.parse(text, known) if text else ()
@@ -57,10 +59,9 @@ class Commander(Responder):
         self._requests = RequestQueue()
         self._end_asked = ""
         self._recorder_lost = self._estimator_reset = False
-        self._preflight = Preflight(self.flight, self.settings)
+        self._preflight = Preflight(node.flight, self.settings)
         self._since_check = 0.0
         self._cycles: deque[int] = deque()
-        self._lost: set[str] = set()
         self._last: Sample | None = None
         self._battery: float | None = None
         self._bad_battery = ""
@@ -69,52 +70,50 @@ class Commander(Responder):
         self._stepped_at = 0.0
         self._awake = time.monotonic()
         self._sent = -1
-        self._heard = {"attitude_setpoint": self.started, COMMAND: self.started}
-        self._mission_in = self.take("mission/reference")
-        self._guard_in = self.take("flight/guard", lag=1, kind=GuardStatus)
+        self._heard = {"attitude_setpoint": node.started, COMMAND: node.started}
+        self._mission_in = self.responder.take("mission/reference")
+        self._guard_in = self.responder.take("flight/guard", lag=1, kind=GuardStatus)
         for topic in self._heard:
-            self.subscribe(topic, partial(self._on_life, topic), raw=True)
-        self.subscribe("flight/plan", self._on_plan)
-        self.subscribe("flight/nodes", self._preflight.on_node, depth=64)
-        self._requests_in = self.subscribe("flight/request", self._on_requests, depth=_MOST_REQUESTS)
-        self.subscribe("flight/autopilot", self._on_autopilot)
-        self.subscribe("battery_state", self._on_battery)
-        self.subscribe("flight/events", self._on_event, depth=64)
-        self._reference_out = self.publisher("reference")
-        self._mode_out = self.publisher("flight/mode")
-        self._mode_shown = self.ros.create_publisher(FlightMode, "flight/mode", topics.latched())
-        self._pack = packer(TrajectoryPoint, TrajectoryPointMsg, self.run)
+            node.links.subscribe(topic, partial(self._on_life, topic), raw=True)
+        node.links.subscribe("flight/plan", self._on_plan)
+        node.links.subscribe("flight/nodes", self._preflight.on_node, depth=64)
+        self._requests_in = node.links.subscribe("flight/request", self._on_requests, depth=_MOST_REQUESTS)
+        node.links.subscribe("flight/autopilot", self._on_autopilot)
+        node.links.subscribe("battery_state", self._on_battery)
+        node.links.subscribe("flight/events", self._on_event, depth=64)
+        self._reference_out = node.links.publisher("reference")
+        self._mode_out = node.links.publisher("flight/mode")
+        self._mode_shown = node.ros.create_publisher(FlightMode, "flight/mode", topics.latched())
+        self._pack = packer(TrajectoryPoint, TrajectoryPointMsg, node.run)
         self._offered = [
-            self.ros.create_service(kind, request.name.lower(), partial(self._on_call, request))
+            node.ros.create_service(kind, request.name.lower(), partial(self._on_call, request))
             for request, kind in SERVICES.items()
         ]
 
-    def is_needed(self, taken: InputTopic, step: int) -> bool:
-        """Return whether ``step`` waits for an input: not for one that was given up."""
-        return taken.topic not in self._lost and super().is_needed(taken, step)
-
     def _give_up_mission(self) -> None:
         """In lockstep go on without a mission reference that stays away: that becomes HOLD, then LAND."""
-        topic = self._mission_in.topic
-        if self.waits and topic not in self._lost and time.monotonic() - self.state_heard > self.settings.give_up:
-            self._lost.add(topic)
-            text = f"step {self.next_step}: no mission/reference; going on without it"
-            self.event(FlightEvent.WARNING, "mission_lost", text)
-            self.answer_ready()
+        responder, topic = self.responder, self._mission_in.topic
+        if not responder.waits or topic in responder.given_up:
+            return
+        if time.monotonic() - responder.state_heard > self.settings.give_up:
+            responder.given_up.add(topic)
+            text = f"step {responder.next_step}: no mission/reference; going on without it"
+            self.node.events.warn("mission_lost", text)
+            responder.answer()
 
-    def answer(self, sample: Sample, arrivals: list[Stamped | None]) -> Iterator[tuple[Publisher, Any]]:
+    def step(self, sample: Sample, arrivals: list[Stamped | None]) -> Iterator[tuple[Publisher, Any]]:
         """Give reference and mode of one step, both from one decision."""
         self._slept(time.monotonic())
-        if arrivals[0] is not None and self.lockstep:
-            self._lost.clear()
+        if arrivals[0] is not None and self.node.lockstep:
+            self.responder.given_up.clear()
         self._last, self._stepped_at = sample, time.monotonic()
-        yield from self._messages(sample, self._step(sample, arrivals, 0.0))
+        yield from self._messages(sample, self._decide(sample, arrivals, 0.0))
 
-    def _step(self, sample: Sample, arrivals: list[Stamped | None], state_age: float) -> Outputs:
+    def _decide(self, sample: Sample, arrivals: list[Stamped | None], state_age: float) -> Outputs:
         if self._core is None:
             self._core = CommanderCore(self.settings, self._mission, sample.state, self._requests)
         mission = self._mission_in.newest
-        lag = seconds(sample.step - mission.step, self.flight.plant_period) if mission else 0.0
+        lag = seconds(sample.step - mission.step, self._period) if mission else 0.0
         seen = Inputs(
             step=sample.step,
             dt=sample.dt,
@@ -122,7 +121,7 @@ class Commander(Responder):
             mission=mission.value if mission else None,
             mission_lag=max(lag, 0.0),
             # in lockstep the plant waits for it, so it is never old
-            setpoint_age=0.0 if self.lockstep else time.monotonic() - self._heard["attitude_setpoint"],
+            setpoint_age=0.0 if self.node.lockstep else time.monotonic() - self._heard["attitude_setpoint"],
             state_age=state_age,
             overruns=self._late_cycles(sample.step),
             guard=self._guard_said(arrivals[1]),
@@ -135,12 +134,12 @@ class Commander(Responder):
         said = self._core.step(seen)
         self._estimator_reset = False
         for kind, text in said.news:
-            severity = FlightEvent.WARNING if kind in (REQUEST_REFUSED, MISSION_REFUSED) else FlightEvent.INFO
-            self.event(severity, kind, text, sample.stamp_ns, always=True)
+            say = self.node.events.warn if kind in (REQUEST_REFUSED, MISSION_REFUSED) else self.node.events.info
+            say(kind, text, sample.stamp_ns, always=True)
         return said
 
     def _messages(self, sample: Sample, said: Outputs) -> Iterator[tuple[Publisher, Any]]:
-        step, next_step = sample.step, sample.step + self.period_steps
+        step, next_step = sample.step, sample.step + self.node.period_steps
         if step <= self._sent:  # decided without its state, which came all the same: no second message of one step
             return
         self._sent = step
@@ -154,41 +153,42 @@ class Commander(Responder):
             sender=said.sender,
             answer_text=said.answer_text,
             outcome=said.outcome,
-            run=self.run,
+            run=self.node.run,
         )
         set_stamp(mode.stamp, sample.stamp_ns)
         yield self._mode_out, mode
         yield self._mode_shown, mode
 
-    def on_tick(self) -> None:
+    def _watch(self) -> None:
         """Take in a signal; in real time decide also when no state comes any more."""
-        if self.asked_to_end and not self._end_asked:
-            self._end_asked = self.asked_to_end
+        node, every = self.node, self.node.period_steps
+        self._end_asked = self._end_asked or node.asked_to_end
         self._look_for_the_recorder()
-        if self.lockstep:
+        if node.lockstep:
             self._give_up_mission()
-        if self.lockstep or self._last is None or not self.flying:
+        if node.lockstep or self._last is None or not node.flying:
             return
         now = time.monotonic()
         self._slept(now)
-        quiet = now - self.state_heard
+        quiet = now - self.responder.state_heard
         if quiet <= self.settings.modes.state_lost:
             return
-        passed = int(quiet * 1e9) // self.flight.plant_period
-        step = self._last.step + passed // self.period_steps * self.period_steps
-        stamp = step * self.flight.plant_period
+        passed = int(quiet * 1e9) // self._period
+        step = self._last.step + passed // every * every
+        stamp = step * self._period
         sample = Sample(step, stamp, self._last.state, now - self._stepped_at)
         self._stepped_at = now
-        for publisher, message in self._messages(sample, self._step(sample, [None, None], quiet)):
+        for publisher, message in self._messages(sample, self._decide(sample, [None, None], quiet)):
             publisher.publish(message)
 
     def _look_for_the_recorder(self) -> None:
-        if not self.flying or RECORDER not in self.roles:
+        node = self.node
+        if not node.flying or RECORDER not in node.roles:
             return
-        before, self._recorder_lost = self._recorder_lost, not self.ros.count_publishers("flight/recorded")
+        before, self._recorder_lost = self._recorder_lost, not node.ros.count_publishers("flight/recorded")
         if self._recorder_lost and not before:
             text = "flight/recorded: the recorder has left; what is flown from now on is not recorded"
-            self.event(FlightEvent.WARNING, "recorder_lost", text)
+            node.events.warn("recorder_lost", text)
 
     def _slept(self, now: float) -> None:
         """Let nothing grow old over the time in which this node itself stood still and received nothing."""
@@ -196,25 +196,25 @@ class Commander(Responder):
         if slept > _STOOD_STILL:
             self._heard = {topic: min(heard + slept, now) for topic, heard in self._heard.items()}
         if slept > _MISSED_TICKS:
-            self.state_heard = min(self.state_heard + slept, now)
+            self.responder.state_heard = min(self.responder.state_heard + slept, now)
 
     def _on_life(self, topic: str, payload: bytes) -> None:
         """Note that ``topic`` is alive; a wrench names no run, and its value matters to others."""
-        if topic != COMMAND and self.is_foreign(topic, head_of(payload)[1]):
+        if topic != COMMAND and self.node.is_foreign(topic, head_of(payload)[1]):
             return
         self._heard[topic] = time.monotonic()
         self._preflight.count(topic)
 
     def _late_cycles(self, step: int) -> float:
         """Return the share of this node's cycles of the last second that did not take place."""
-        if self.lockstep or self._autopilot is not None:  # an autopilot sends states at its own rate
+        if self.node.lockstep or self._autopilot is not None:  # an autopilot sends states at its own rate
             return 0.0
-        window = round(_WINDOW * 1e9 / self.flight.plant_period)
+        window = round(_WINDOW * 1e9 / self._period)
         self._cycles.append(step)
         while self._cycles[0] < step - window:
             self._cycles.popleft()
-        due = (step - self._cycles[0]) / self.period_steps
-        return 1.0 - (len(self._cycles) - 1) / due if due * self.period_steps >= 0.9 * window else 0.0
+        due = (step - self._cycles[0]) / self.node.period_steps
+        return 1.0 - (len(self._cycles) - 1) / due if due * self.node.period_steps >= 0.9 * window else 0.0
 
     def _checks(self, sample: Sample) -> list[str] | None:
         """Return the reasons against arming, every ``_CHECKS_EVERY`` s while ARMING, before it for an autopilot."""
@@ -224,15 +224,14 @@ class Commander(Responder):
             self._preflight.note(sample)
         if mode != Mode.ARMING and not is_first_look:
             self._since_check = 0.0
-            self._preflight.begin(sample, self.states_seen)
+            self._preflight.begin(sample, self.responder.states_seen)
             return None
         self._since_check += sample.dt
         if self._since_check < (_FIRST_LOOK if is_first_look else _CHECKS_EVERY):
             return None
         self._since_check = 0.0
-        unmatched = links.missing(self.ros, (), self._in)
-        wrong = [*unmatched, *([self._bad_battery] if self._bad_battery else [])]
-        seen = self.states_seen
+        wrong = [*self.node.links.unheard(), *([self._bad_battery] if self._bad_battery else [])]
+        seen = self.responder.states_seen
         found = self._preflight.refusals(sample, seen, wrong, self._charge, self._autopilot, is_first_look)
         if is_first_look:
             self._preflight.begin(sample, seen)
@@ -248,10 +247,12 @@ class Commander(Responder):
 
     def _on_event(self, message: FlightEvent) -> None:
         """Note that the estimate jumped, as the relay or a bridge in this namespace says."""
-        self._estimator_reset |= message.kind == "estimator_reset" and message.node.startswith(self.ros.get_namespace())
+        self._estimator_reset |= message.kind == "estimator_reset" and message.node.startswith(
+            self.node.ros.get_namespace()
+        )
 
     def _on_autopilot(self, message: AutopilotStatus) -> None:
-        if not self.is_foreign("flight/autopilot", message.run):
+        if not self.node.is_foreign("flight/autopilot", message.run):
             self._autopilot = message
 
     def _of_autopilot(self) -> dict[str, Any]:
@@ -279,10 +280,10 @@ class Commander(Responder):
             self._bad_battery = (
                 f"battery_state: found percentage {share:g}, expected 0 to 1, or NaN where it is unknown"
             )
-            self.event(FlightEvent.WARNING, "bad_battery", f"{self._bad_battery}; message ignored")
+            self.node.events.warn("bad_battery", f"{self._bad_battery}; message ignored")
 
     def _on_plan(self, message: FlightPlan) -> None:
-        if self.is_foreign("flight/plan", message.run):
+        if self.node.is_foreign("flight/plan", message.run):
             return
         flying = self._core is not None and self._core.mode not in ON_GROUND
         self._preflight.on_plan(message, flying)
@@ -301,7 +302,7 @@ class Commander(Responder):
         if len(message.sender) > _LONGEST_SENDER or not message.sender.isprintable():  # every mode says it again
             found = f"a sender of {len(message.sender)} characters"
             expected = f"at most {_LONGEST_SENDER} printable ones"
-        elif message.run and self.is_foreign("flight/request", message.run):
+        elif message.run and self.node.is_foreign("flight/request", message.run):
             return
         elif message.request == Request.END:
             self._end_asked = self._end_asked or message.sender or "end asked for"
@@ -314,21 +315,16 @@ class Commander(Responder):
             if not is_finite(place):
                 found, expected = f"goto {place}", "finite numbers"
         if found:
-            self.event(
-                FlightEvent.WARNING,
-                "bad_request",
-                f"flight/request: found {found}, expected {expected}; message ignored",
-            )
+            text = f"flight/request: found {found}, expected {expected}; message ignored"
+            self.node.events.warn("bad_request", text)
         else:
             self._ask(PendingRequest(Request(message.request), sender, place=place))
 
     def _ask(self, asked: PendingRequest) -> None:
         if not self._requests.add(asked):
-            self.event(
-                FlightEvent.WARNING,
-                "too_many_requests",
-                f"flight/request: {asked.request.name} of {asked.sender}: {MOST_SENDERS} senders wait; message ignored",
-            )
+            who = f"{asked.request.name} of {asked.sender}"
+            text = f"flight/request: {who}: {MOST_SENDERS} senders wait; message ignored"
+            self.node.events.warn("too_many_requests", text)
 
     def _on_call(self, request: Request, asked: Any, response: Any) -> Any:
         place = place_of(asked) if request == Request.GOTO else None
@@ -343,7 +339,7 @@ class Commander(Responder):
             self._ask(PendingRequest(request, SENDER, place=place))
         response.success = not refusal
         response.message = (
-            refusal or f"{request.name}: takes effect at the next decision after step {self.current_step}"
+            refusal or f"{request.name}: takes effect at the next decision after step {self.node.current_step}"
         )
         return response
 

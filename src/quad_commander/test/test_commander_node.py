@@ -17,9 +17,9 @@ from quad_msgs.srv import Goto
 
 
 @pytest.fixture
-def make(start_node):
+def make(start_node, callbacks):
     """Return a function that makes the node with the given ROS parameters."""
-    return partial(wired, start_node)
+    return partial(wired, start_node, callbacks)
 
 
 def test_mode_and_reference_of_a_step_come_together_and_wait_for_the_mission_and_the_guard(make):
@@ -116,13 +116,13 @@ def test_a_recorder_that_leaves_is_said_and_lands_the_vehicle_if_asked(make, lan
     node.plan()
     node.ask(FlightRequest.TAKEOFF)
     node.fly(0, 520)
-    node.flying = True
-    node.on_tick()
+    node.node.flying = True
+    node._watch()
     node.fly(520, 530)
     assert node.modes[-1].name == "TAKEOFF"
     node.publishing = 0
-    node.on_tick()
-    node.on_tick()
+    node._watch()
+    node._watch()
     node.fly(530, 531)
     assert node.modes[-1].name == mode
     assert [kind for _, kind, _ in node.events].count("recorder_lost") == 1
@@ -161,7 +161,7 @@ def test_a_battery_that_cannot_be_is_ignored_and_named(make, share):
         (
             lambda node: (
                 node.plan(),
-                node._in.update(wrench_setpoint=(SimpleNamespace(get_publisher_count=lambda: 2), "")),
+                node.node.links._in.update(wrench_setpoint=(SimpleNamespace(get_publisher_count=lambda: 2), "")),
                 setattr(node, "publishing", 2),
             ),
             "one publisher of wrench_setpoint, there are 2: /node_0, /node_1",
@@ -201,11 +201,11 @@ def test_in_lockstep_a_mission_reference_that_stays_away_is_given_up_after_a_whi
     node.fly(0, 6)
     node.guard(9)
     node.state(10)
-    node.state_heard -= 0.9
-    node.on_tick()
+    node.responder.state_heard -= 0.9
+    node._watch()
     assert len(node.modes) == 2
-    node.state_heard -= 0.2
-    node.on_tick()
+    node.responder.state_heard -= 0.2
+    node._watch()
     assert [mode.step for mode in node.modes] == [0, 5, 10]
     assert [kind for _, kind, _ in node.events] == ["mission_lost"]
     node.guard(14)
@@ -217,10 +217,10 @@ def test_in_real_time_a_state_that_stays_away_is_decided_on_all_the_same(make):
     node = make("flight.mode:=realtime")
     node.fly(0, 6)
     count = len(node.modes)
-    node.on_tick()
+    node._watch()
     assert len(node.modes) == count
-    node.state_heard -= 0.7
-    node.on_tick()
+    node.responder.state_heard -= 0.7
+    node._watch()
     assert len(node.modes) == count + 1
     assert node.modes[-1].raised >> Condition.STATE_LOST & 1
     decided = node.modes[-1].step
@@ -235,7 +235,7 @@ def test_a_commander_that_slept_holds_it_against_nobody(make, monkeypatch):
     node = make("flight.mode:=realtime")
     node.fly(0, 6)
     clock.now += 1.0
-    node.on_tick()  # what came meanwhile is still to be read
+    node._watch()  # what came meanwhile is still to be read
     assert [mode.step for mode in node.modes] == [0, 5]
     for step in range(10, 260, 5):
         node.mission(step)
@@ -249,11 +249,11 @@ def test_a_commander_that_slept_holds_it_against_nobody(make, monkeypatch):
 @pytest.mark.parametrize("name", ["SIGINT", "SIGHUP"])
 def test_ctrl_c_in_flight_does_not_end_the_node_but_the_flight_and_sigterm_does(make, name):
     node = make()
-    assert not node.on_signal(name)
+    assert not node.node.outlives(name)
     node.fly(0, 6)
-    assert not node.on_signal("SIGTERM")
-    assert node.on_signal(name)
-    node.on_tick()
+    assert not node.node.outlives("SIGTERM")
+    assert node.node.outlives(name)
+    node._watch()
     node.fly(6, 11)
     assert (node.modes[-1].is_over, node.modes[-1].outcome) == (True, name)
 

@@ -1,6 +1,7 @@
 """A commander whose topics are functions, for tests of its node."""
 
 import zlib
+from functools import partial
 from types import SimpleNamespace
 
 from rclpy.serialization import deserialize_message, serialize_message
@@ -9,7 +10,7 @@ from sensor_msgs.msg import BatteryState
 from quad_commander.node import Commander
 from quad_core.types import NOT_BEGUN
 from quad_msgs import msg
-from quad_msgs.msg import FlightMode, FlightRequest, TrajectoryPoint
+from quad_msgs.msg import FlightEvent, FlightMode, FlightRequest, TrajectoryPoint
 from quad_node.conversion import set_stamp
 
 PERIOD = 2_000_000
@@ -30,25 +31,23 @@ class Wire:
 class Wired(Commander):
     """A commander whose topics are functions."""
 
-    def __init__(self):
-        self.callbacks, self.events, self.publishing = {}, [], 1
+    def __init__(self, callbacks):
+        self.callbacks, self.events, self.publishing = callbacks, [], 1
         super().__init__()
+        log = self.node.events
+        log.info, log.warn = partial(self.note, FlightEvent.INFO), partial(self.note, FlightEvent.WARNING)
         self._reference_out, self._mode_out, self._mode_shown = (
             Wire(TrajectoryPoint),
             Wire(FlightMode),
             Wire(FlightMode),
         )
         self.modes, self.references = self._mode_out.sent, self._reference_out.sent
-        self.ros.count_publishers = lambda _: self.publishing
-        self.ros.get_publishers_info_by_topic = lambda _: [
+        self.node.ros.count_publishers = lambda _: self.publishing
+        self.node.ros.get_publishers_info_by_topic = lambda _: [
             SimpleNamespace(node_namespace="/", node_name=f"node_{number}") for number in range(self.publishing)
         ]
 
-    def subscribe(self, topic, callback, depth=10, raw=False):
-        self.callbacks[topic] = callback
-        return SimpleNamespace(handle=SimpleNamespace(take_message=lambda *_: None))
-
-    def event(self, severity, kind, text, stamp_ns=0, always=False):
+    def note(self, severity, kind, text, stamp_ns=0, always=False):
         self.events.append((severity, kind, text))
 
     def state(self, step, z=0.0):
@@ -93,10 +92,10 @@ class Wired(Commander):
         self.callbacks["battery_state"](BatteryState(percentage=percentage))
 
 
-def wired(start_node, *parameters):
-    """Return the node with the given ROS parameters, made by the fixture ``start_node``."""
+def wired(start_node, callbacks, *parameters):
+    """Return the node with the given ROS parameters, made by the fixture ``start_node``, with ``callbacks``."""
     roles = "flight.roles:=simulator,trajectory,commander,position_controller,attitude_controller,recorder"
-    node = start_node(Wired, roles, f"flight.run_id:={RUN_ID}", *parameters)
+    node = start_node(lambda: Wired(callbacks), roles, f"flight.run_id:={RUN_ID}", *parameters)
     for role, period in (("position_controller", 5), ("attitude_controller", 1)):
         status = msg.NodeStatus(node=f"/{role}", role=role, run_id=RUN_ID, interface_hash="x", period_steps=period)
         node.callbacks["flight/nodes"](status)

@@ -1,7 +1,8 @@
 """`ros2 run quad_crazyflie crazyflie_bridge`: takes the simulator's place with a Crazyflie, over cflib.
 
-``attitude_setpoint`` becomes manual setpoints, its log block becomes ``state``. It has no torque setpoint: attitude
-laws stay in shadow. ``actuation`` is a prediction: a Crazyflie reports none.
+Subscribes: attitude_setpoint, which becomes manual setpoints. Reads every 2 ms what cflib's thread has put down: the
+log block becomes ``state``. It has no torque setpoint: attitude laws stay in shadow. ``actuation`` is a prediction: a
+Crazyflie reports none. What it does for the flight: ``quad_autopilot.autopilot_flight``.
 
 cflib is under the GPL-3: this package imports it and is of use only with it, so who ships this package together with
 cflib ships the whole under the GPL-3. Nothing else of the stack imports either.
@@ -25,8 +26,9 @@ from quad_autopilot.autopilot import (
     Profile,
     Request,
 )
-from quad_autopilot.node import LOOK, AutopilotInterface, AutopilotNode
+from quad_autopilot.autopilot_flight import BEAT, LOOK, AutopilotFlight
 from quad_autopilot.parameters import Flier
+from quad_core.cascade import POSITION, STAGE
 from quad_core.parameters import ParameterError
 from quad_core.types import AttitudeThrust, VehicleState
 from quad_crazyflie import setpoints
@@ -59,22 +61,28 @@ def load() -> tuple[Any, Any, Any]:
         ) from error
 
 
-class CrazyflieInterface(AutopilotInterface):
+class CrazyflieBridge:
     """A Crazyflie: unlocked, flown by angles, yaw rate and thrust, landed by itself.
 
     ``blocks`` fills in cflib's thread; all else is the node's thread.
     """
 
-    profile = PROFILE
-
-    def __init__(self, node: AutopilotNode) -> None:
+    def __init__(self) -> None:
         """Look for cflib and begin to connect; raises ParameterError for what cannot fly."""
-        super().__init__(node)
+        self.flight = AutopilotFlight(
+            CRAZYFLIE,
+            PROFILE,
+            ask=self.request,
+            missing=self._missing,
+            refusal=self._refusal,
+            shut_down=self.shut_down,
+        )
+        self.node, self.settings = self.flight.node, self.flight.settings
         thrust.require(self.settings.max_rotor_thrust)
         if self.settings.arming.takeoff == Flier.AUTOPILOT:
             raise ParameterError("arming.takeoff: found autopilot, expected ours: a Crazyflie's take-off is not used")
         self._largest = setpoints.largest_thrust(self.settings) / 4.0
-        self.predicted = thrust.predicted(0.0, self._largest)
+        self.flight.predicted = thrust.predicted(0.0, self._largest)
         crtp, kind, self._log_config = load()
         logging.getLogger("cflib").setLevel(logging.CRITICAL)  # what matters comes by callback
         if not crtp.CLASSES:
@@ -90,7 +98,24 @@ class CrazyflieInterface(AutopilotInterface):
         self._cf.connection_failed.add_callback(self._on_problem)
         self._cf.connection_lost.add_callback(self._on_problem)
         self._cf.open_link(self.settings.uri)
-        node.every(LOOK, self.take)
+        self.node.measures.append(self._measured)
+        self.node.links.subscribe(STAGE[POSITION].gives, self._take_setpoint, raw=True)
+        self.node.every(LOOK, self.read)
+        self.node.every(BEAT, self.step)
+
+    def step(self) -> None:
+        """Keep the Crazyflie in our mode and ask it for what is due, every 20 ms."""
+        if not self.flight.begin_step():
+            return
+        self.read()
+        due = self.flight.step()
+        if due.setpoint == Setpoint.IDLE and self.flight.state is not None:
+            self._cf.commander.send_setpoint(0.0, 0.0, 0.0, 0)  # rotors stand, and the thrust is unlocked
+        # when given up nothing: the landing that is asked for comes first
+
+    def _take_setpoint(self, payload: bytes) -> None:
+        if (setpoint := self.flight.accepted(payload)) is not None and self.flight.state is not None:
+            self.send_attitude(setpoint, self.flight.state)
 
     def _on_problem(self, _uri: str, text: str) -> None:
         self.problem = " ".join(text.partition("Traceback")[0].split())[:200]
@@ -117,23 +142,23 @@ class CrazyflieInterface(AutopilotInterface):
     def _on_block(self, timestamp: int, data: dict[str, float], _block: Any) -> None:
         self.blocks.append((timestamp, data))
 
-    def take(self) -> None:
+    def read(self) -> None:
         """Take what cflib's thread has put down; a link or a battery that fails ends the flight."""
         while self.blocks:
-            self.spoke_at = self.clock()
+            self.flight.spoke_at = self.flight.clock()
             stamp, block = self.blocks.popleft()
             self._stamp += (stamp - self._stamp + _AROUND // 2) % _AROUND - _AROUND // 2
             self.note(block)
-            self.node.on_sample(setpoints.sample(self._stamp, block))
-        problem = self._battery_refusal() if self.node.phase == FlightState.FLYING else ""
+            self.flight.take(setpoints.sample(self._stamp, block))
+        problem = self._battery_refusal() if self.flight.leader.phase == FlightState.FLYING else ""
         if self.problem:
             problem = f"{self.settings.uri}: {self.problem}"
-        self.node.stop = self.node.stop or problem
+        self.flight.stop = self.flight.stop or problem
 
     def note(self, block: dict[str, float]) -> None:
         """Take battery and flags of a block; disarm after a landing of its own."""
         self.battery, self._info = 1e-3 * block["pm.vbatMV"], int(block["supervisor.info"])
-        height, now = 1e-3 * block["stateEstimateZ.z"] - self.node.lift.ground_z, self.clock()
+        height, now = 1e-3 * block["stateEstimateZ.z"] - self.flight.lift.ground_z, self.flight.clock()
         if (self._info & FLYING and height > _TOUCHED) or not self._is_landing:
             self._airborne_until = now + 0.5
         elif now > self._airborne_until and self._is_armed:
@@ -143,11 +168,11 @@ class CrazyflieInterface(AutopilotInterface):
         self._renew()
 
     def _renew(self) -> None:
-        """Bring ``autopilot`` up to what the Crazyflie said last and was asked for."""
+        """Bring ``flight.said`` up to what the Crazyflie said last and was asked for."""
         faults = tuple(text for bit, text in FAULTS.items() if self._info & bit)
         others = bool(self._info & HIGH_LEVEL) and not self._is_landing
         control = Control.LANDING if self._is_landing else Control.OURS if self._is_claimed else Control.OTHER
-        self.autopilot = Autopilot(
+        self.flight.said = Autopilot(
             "HIGH_LEVEL" if others or self._is_landing else "SETPOINTS",
             Control.OTHER if others else control,
             self._is_armed and bool(self._info & ARMED) and not faults,
@@ -156,12 +181,12 @@ class CrazyflieInterface(AutopilotInterface):
             faults,
         )
 
-    def missing(self) -> list[str]:
+    def _missing(self) -> list[str]:
         """Return what the Crazyflie still has to do: to connect may take longer than a step of the arming sequence."""
-        is_known = self.autopilot is not None or self.problem
+        is_known = self.flight.said is not None or self.problem
         return [] if is_known else [f"{self.settings.uri}: the tables of its log and parameters"]
 
-    def refusal(self) -> str:
+    def _refusal(self) -> str:
         """Return what speaks against a flight: an empty battery, or thrust that does not suffice."""
         weak = thrust.weakness(self.node.vehicle, self._largest, "max_rotor_thrust at 100 %")
         return self._battery_refusal() or weak
@@ -171,7 +196,7 @@ class CrazyflieInterface(AutopilotInterface):
             return f"battery {self.battery:.2f} V, expected at least {self.settings.low_battery:g} V"
         return ""
 
-    def send_request(self, request: Request) -> None:
+    def request(self, request: Request) -> None:
         """Carry out what the sequence asks for in the Crazyflie's own way."""
         if request.command == DO_SET_MODE:  # none is needed: setpoints take precedence
             self._is_claimed = True
@@ -179,33 +204,25 @@ class CrazyflieInterface(AutopilotInterface):
             self._is_armed = request.param1 == 1.0
             self._cf.supervisor.send_arming_request(self._is_armed)
         elif request.command == NAV_LAND:
-            state, ground = self.node.state, self.node.lift.ground_z
+            state, ground = self.flight.state, self.flight.lift.ground_z
             height = state.p_w.z - state.ground_z if state else 0.0
             self._is_landing = True
             # without it the high level commander is not listened to
             self._cf.commander.send_notify_setpoint_stop()
             self._cf.high_level_commander.land(ground, max(height / self.settings.landing_speed, 1.0), yaw=None)
-        self.ack = Ack(request.command, 0)
+        self.flight.ack = Ack(request.command, 0)
         self._renew()
 
     def send_attitude(self, setpoint: AttitudeThrust, state: VehicleState) -> None:
         """Send angles, yaw rate and thrust."""
-        self.predicted = thrust.predicted(setpoint.thrust, self._largest)
+        self.flight.predicted = thrust.predicted(setpoint.thrust, self._largest)
         self._cf.commander.send_setpoint_manual(*setpoints.manual(self.settings, setpoint, state), rate=False)
 
-    def send_safe(self, output: Setpoint, _newtons: float, _state: VehicleState) -> None:
-        """Send the zero setpoint on the ground: rotors stand, and the thrust is unlocked.
-
-        When given up nothing: the landing that is asked for comes first.
-        """
-        if output == Setpoint.IDLE:
-            self._cf.commander.send_setpoint(0.0, 0.0, 0.0, 0)
-
-    def measurements(self) -> dict[str, float]:
+    def _measured(self) -> dict[str, float]:
         """Return the battery in V."""
-        return {} if self.node.sequence.phase == Phase.STREAM else {"battery_v": self.battery}
+        return {} if self.flight.phase == Phase.STREAM else {"battery_v": self.battery}
 
-    def close(self) -> None:
+    def shut_down(self) -> None:
         """Close the link without a word: cflib itself would send a zero setpoint, which drops a flying vehicle."""
         if self._cf.link is not None:
             self._cf.link.close()
@@ -215,4 +232,4 @@ class CrazyflieInterface(AutopilotInterface):
 def main() -> None:
     """Run the bridge to a Crazyflie."""
     text = "Bridge to a Crazyflie: takes attitude_setpoint, publishes state."
-    sys.exit(run(CRAZYFLIE, lambda: AutopilotNode(CRAZYFLIE, CrazyflieInterface), text))
+    sys.exit(run(CRAZYFLIE, CrazyflieBridge, text))

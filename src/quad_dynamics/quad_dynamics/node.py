@@ -7,7 +7,7 @@ odom (Odometry), clock (Clock), flight/state (FlightState), flight/guard (GuardS
 With a commander it subscribes also: flight/mode/steps (FlightMode).
 With a commander it publishes also: flight/request (FlightRequest).
 In real time it watches the setpoints' age as well (``quad_node.command_link``). Topics that every node has:
-``quad_node.flight_node``.
+``quad_node.flight_node``; what leads the flight: ``quad_node.flight_leader``.
 """
 
 import sys
@@ -25,11 +25,12 @@ from quad_core.types import VehicleState
 from quad_dynamics.plant_model import PlantModel
 from quad_guard.checks import StateSample, WrenchCommand
 from quad_guard.ending import is_down
-from quad_msgs.msg import FlightEvent, FlightState
+from quad_msgs.msg import FlightState
 from quad_node.codec import Packer
 from quad_node.conversion import set_stamp
+from quad_node.flight_leader import FlightLeader
+from quad_node.flight_node import FlightNode
 from quad_node.main import run
-from quad_node.vehicle_node import VehicleNode
 
 _WAITING = 0.05  # s between two messages on odom before a flight in lockstep
 _DRAWN_AHEAD = 1800.0  # s; a plan of a day must not take the machine's memory
@@ -37,156 +38,160 @@ _STANDS = "at rest, but too high above the ground for its motors to stop"
 _UNGUARDED_PATIENCE = 1.0  # s without a command after which a flight in real time fails if its guard is off
 
 
-def announce(node: VehicleNode, model: PlantModel, step: int) -> None:
-    """Report as events of ``node`` what begins or ends to act on ``model`` at ``step``."""
+def announce(leader: FlightLeader, model: PlantModel, step: int) -> None:
+    """Report as events what begins or ends to act on ``model`` at ``step``."""
     for kind, text in model.announced(step):
-        node.event(FlightEvent.INFO, kind, text, step * node.flight.plant_period, always=True)
+        leader.node.events.info(kind, text, step * leader.node.flight.plant_period, always=True)
 
 
-class Simulator(VehicleNode):
+class Simulator:
     """Integrates the plant and publishes what it does."""
 
     def __init__(self) -> None:
         """Build plant and disturbance from the parameters; raises as FlightNode."""
-        super().__init__(SIMULATOR)
-        self.settings = self.resolved.node
-        self.model = PlantModel(self.resolved)
-        self.model.stand(self.guard.parameters.ground_height)
-        if self.commanded and not self.lockstep:  # no plan says how long it flies, and drawing holds up the plant
-            self.on_plan(sys.maxsize)
-        self._state_out = self.output("state") if self.settings.publish_state else None
-        self._truth_out, self._actuation_out = self.output("truth"), self.output("actuation")
-        self._disturbance_out = self.output("disturbance")
-        self._odom_out = self.publisher("odom", match=self._state_out is None)
-        self._clock_out = self.publisher("clock", match=False)
+        self.node = node = FlightNode(SIMULATOR, watch=self._watch, deactivate=self.deactivate)
+        self.leader = leader = FlightLeader(node, activate=self.activate, progress=self._progress)
+        self.settings, self._period = node.settings, node.flight.plant_period
+        self.model = PlantModel(node.resolved)
+        self.model.stand(leader.guard.parameters.ground_height)
+        self._is_drawn = False
+        if node.commanded and not node.lockstep:  # no plan says how long it flies, and drawing holds up the plant
+            self._draw(sys.maxsize)
+        self._state_out = leader.output("state") if self.settings.publish_state else None
+        self._truth_out, self._actuation_out = leader.output("truth"), leader.output("actuation")
+        self._disturbance_out = leader.output("disturbance")
+        self._odom_out = node.links.publisher("odom", match=self._state_out is None)
+        self._clock_out = node.links.publisher("clock", match=False)
         self._odom, self._clock = Odometry(), Clock()
         self._published_step = -1
         self._timer: Any = None
         self._clock_start = 0.0
         self._before_flight: Any = None
         if not self.settings.publish_state:  # an estimator has to be seen before it is flown with
-            rate = _WAITING if self.lockstep else seconds(1, self.flight.plant_period)
-            self._before_flight = self.every(rate, lambda: self._publish_for_tools(0))
+            rate = _WAITING if node.lockstep else seconds(1, self._period)
+            self._before_flight = node.every(rate, lambda: self._publish_for_tools(0))
 
-    def on_plan(self, end_step: int) -> None:
-        """Draw what is random for the whole flight, or for the first part of a very long one."""
-        self.model.cover(min(end_step, round(_DRAWN_AHEAD / seconds(1, self.flight.plant_period))))
-
-    def begin(self) -> None:
-        """Publish step 0."""
+    def activate(self) -> None:
+        """Begin the flight: publish step 0."""
         if self._before_flight is not None:
             self._before_flight.cancel()
-        announce(self, self.model, self.current_step)
+        announce(self.leader, self.model, self.node.current_step)
         self._publish_step()
 
-    def progress(self) -> None:
+    def _progress(self) -> None:
         """Lockstep: integrate [k, k+1) once the command for k, the plan and the recorder's leave are there.
 
         With a commander its mode of step k instead of the plan. In real time the steady clock drives the plant from the
-        first command on; until then the vehicle rests.
+        first command on; until then the vehicle rests. It also does once the flight was given up.
         """
-        if self.phase != FlightState.FLYING or self.gives_up:
+        leader, node = self.leader, self.node
+        if leader.end_step and not self._is_drawn:
+            self._draw(leader.end_step)
+        if leader.phase != FlightState.FLYING:
             return
-        if not self.lockstep:
-            if self.command is not None:
+        if leader.gives_up or not node.lockstep:
+            if leader.gives_up or leader.wrenches.newest is not None:
                 self._start_clock()
             return
-        recorded = self.unrecorded or self.current_step <= self.recorded_step + self.settings.window
-        if self._is_answered() and (recorded or RECORDER not in self.roles):
-            self._integrate()
+        recorded = leader.unrecorded or node.current_step <= leader.recorded_step + self.settings.window
+        if self._is_answered() and (recorded or RECORDER not in node.roles):
+            self.step()
 
     def _is_answered(self) -> bool:
         """Return whether all that this step of a lockstep flight needs is there, the recorder's leave aside."""
-        if not (self.link.holds(self.current_step) if self.link else self.end_step):
+        leader, step = self.leader, self.node.current_step
+        if not (leader.link.holds(step) if leader.link else leader.end_step):
             return False
-        due = self.current_step % self.handshake.period(COMMANDING) == 0
-        return not due or (self.command is not None and self.command.step == self.current_step)
+        return step % leader.handshake.period(COMMANDING) != 0 or leader.wrenches.answers(step)
 
-    def on_given_up(self) -> None:
-        """Go on at the pace of the steady clock, without commands: no node is waited for."""
-        if self._timer is None:
-            self._start_clock()
+    def _draw(self, end_step: int) -> None:
+        """Draw what is random for the whole flight, or for the first part of a very long one."""
+        self._is_drawn = True
+        self.model.cover(min(end_step, round(_DRAWN_AHEAD / seconds(1, self._period))))
 
     def _start_clock(self) -> None:
-        if self._timer is not None:
-            return
-        self._clock_start = time.monotonic() - seconds(self.current_step, self.flight.plant_period)
-        self._timer = self.every(seconds(1, self.flight.plant_period), self._on_period)
+        if self._timer is None:
+            self._clock_start = time.monotonic() - seconds(self.node.current_step, self._period)
+            self._timer = self.node.every(seconds(1, self._period), self._on_period)
 
     def _on_period(self) -> None:
         """Real time: catch up with the steady clock, holding the newest command."""
-        if self.phase != FlightState.FLYING:
+        leader, wrenches, step = self.leader, self.leader.wrenches, self.node.current_step
+        if leader.phase != FlightState.FLYING:
             return
         now = time.monotonic()
-        if self.command is not None and not self.gives_up:
-            quiet = now - self.command_at
-            if quiet > _UNGUARDED_PATIENCE and not self.guard.parameters.enabled:
-                self.end(FlightState.FAILED, f"{COMMAND}: nothing from {COMMANDING} for {quiet:.2f} s")
+        if wrenches.newest is not None and not leader.gives_up:
+            quiet = now - wrenches.at
+            if quiet > _UNGUARDED_PATIENCE and not leader.guard.parameters.enabled:
+                leader.end(FlightState.FAILED, f"{COMMAND}: nothing from {COMMANDING} for {quiet:.2f} s")
                 return
-            self.missed_commands += self.command.step < self.current_step
-        behind = int((now - self._clock_start) * 1e9) // self.flight.plant_period - self.current_step
-        self.counters["overruns"] += max(behind - 1, 0)
-        self.note_pause(seconds(behind, self.flight.plant_period))
+            wrenches.missed += wrenches.newest.step < step
+        behind = int((now - self._clock_start) * 1e9) // self._period - step
+        self.node.events.counts["overruns"] += max(behind - 1, 0)
+        leader.note_pause(seconds(behind, self._period))
         for _ in range(behind):
-            if self.phase == FlightState.FLYING:
-                self._integrate(publish=self.lockstep)
-        if self.phase == FlightState.FLYING and behind > 0 and not self.lockstep:
+            if leader.phase == FlightState.FLYING:
+                self.step(publish=self.node.lockstep)
+        if leader.phase == FlightState.FLYING and behind > 0 and not self.node.lockstep:
             self._publish_step()
 
-    def _integrate(self, publish: bool = True) -> None:
-        step = self.current_step
+    def step(self, publish: bool = True) -> None:
+        """Integrate one plant period under the wrench that the guard lets through, and publish the next state."""
+        leader, step = self.leader, self.node.current_step
         # a step that was caught up with is not published: no controller could answer it
         sample = StateSample(self.model.state, step, self._published_step == step)
-        flown = self.guarded(self._received(), sample)
-        self.model.armed = self.armed
+        flown = leader.guarded(self._received(step), sample)
+        self.model.armed = leader.armed
         truth = self.model.advance(step, flown)
         ending = self._ending(truth)
         if ending is not None:
             self._send(self._actuation_out, self.model.actuation, step)
-            self.end(*ending)
+            leader.end(*ending)
         else:
-            self.current_step += 1
-            announce(self, self.model, self.current_step)
+            self.node.current_step = step + 1
+            announce(leader, self.model, step + 1)
             if publish:
                 self._publish_step()
 
-    def _received(self) -> WrenchCommand:
+    def _received(self, step: int) -> WrenchCommand:
         """Return the newest command that came through the link; none new once the flight was given up."""
-        if self.command is None or self.gives_up:
+        newest = self.leader.wrenches.newest
+        if newest is None or self.leader.gives_up:
             return WrenchCommand()
-        return self.model.receive(self.current_step, self.command.value, self.command.step)
+        return self.model.receive(step, newest.value, newest.step)
 
     def _ending(self, truth: VehicleState) -> tuple[int, str] | None:
         """Return phase and reason if the flight ends with the step that led to ``truth``."""
-        after, memory = self.current_step + 1, self.guard.memory
+        leader, link, period = self.leader, self.leader.link, self._period
+        after, memory = self.node.current_step + 1, leader.guard.memory
         if not is_flyable(truth):
-            left = seconds(after, self.flight.plant_period)
-            return FlightState.FAILED, f"diverged: the state left its bounds at t = {left:.3f} s"
-        if self.link is not None and self.link.is_over:
-            reason = self.failure if self.gives_up else self.link.outcome or self.failure
-            if reason and self.suspect not in reason:
-                reason = f"{reason}; {self.suspect}"
+            return FlightState.FAILED, f"diverged: the state left its bounds at t = {seconds(after, period):.3f} s"
+        if link is not None and link.is_over:
+            reason = leader.failure if leader.gives_up else link.outcome or leader.failure
+            if reason and leader.suspect not in reason:
+                reason = f"{reason}; {leader.suspect}"
             return FlightState.FAILED if reason else FlightState.ENDED, reason
-        if self.link is not None and not self.gives_up:
+        if link is not None and not leader.gives_up:
             stands = memory.descent.rest_time > self.settings.descent_timeout
-            return (FlightState.FAILED, f"{self.failure}; {_STANDS}") if stands else None
-        if not self.guard.taken_over:
-            return (FlightState.ENDED, "") if self.end_step and after >= self.end_step else None
-        if is_down(self.guard.parameters, memory, truth, self.model.has_ground):
-            return FlightState.FAILED, f"{self.failure}; down at step {after}"
-        if self.lockstep and not self.gives_up and self.end_step and after >= self.end_step:
-            return FlightState.FAILED, f"{self.failure}; the plan ended before the vehicle was down"
-        if seconds(after - memory.since, self.flight.plant_period) > self.settings.descent_timeout:
-            return FlightState.FAILED, f"{self.failure}; not down after {self.settings.descent_timeout:g} s"
+            return (FlightState.FAILED, f"{leader.failure}; {_STANDS}") if stands else None
+        is_planned_end = leader.end_step and after >= leader.end_step
+        if not leader.guard.taken_over:
+            return (FlightState.ENDED, "") if is_planned_end else None
+        if is_down(leader.guard.parameters, memory, truth, self.model.has_ground):
+            return FlightState.FAILED, f"{leader.failure}; down at step {after}"
+        if self.node.lockstep and not leader.gives_up and is_planned_end:
+            return FlightState.FAILED, f"{leader.failure}; the plan ended before the vehicle was down"
+        if seconds(after - memory.since, period) > self.settings.descent_timeout:
+            return FlightState.FAILED, f"{leader.failure}; not down after {self.settings.descent_timeout:g} s"
         return None
 
     def _publish_step(self) -> None:
         """Publish the state first: what no controller waits for goes out while they compute."""
-        step, model = self.current_step, self.model
+        step, model = self.node.current_step, self.model
         if step > 0:
             self._send(self._actuation_out, model.actuation, model.actuated_step)
-        self.asked_at, self._published_step = time.monotonic(), step
-        self.input_watch.note_state()
+        self._published_step = step
+        self.leader.asks()
         if self._state_out is None:
             self._publish_for_tools(step)
         else:
@@ -198,28 +203,36 @@ class Simulator(VehicleNode):
 
     def _send(self, output: tuple[Publisher, Packer], value: Any, step: int) -> None:
         publisher, pack = output
-        publisher.publish(pack(value, step, step + 1, step * self.flight.plant_period))
+        publisher.publish(pack(value, step, step + 1, step * self._period))
 
     def _publish_for_tools(self, step: int) -> None:
         """Publish odom (pose in map, twist in base_link) and clock, where they are due; no control depends on them."""
-        stamp = step * self.flight.plant_period
+        stamp = step * self._period
         if step % self.settings.clock_period_steps == 0:
             set_stamp(self._clock.clock, stamp)
             self._clock_out.publish(self._clock)
         if step % self.settings.odom_period_steps == 0:
             self._odom_out.publish(fill(self._odom, self.model.state, stamp))
 
-    def watch(self) -> None:
+    def _watch(self) -> None:
         """Give up a flight whose step is not answered: in lockstep any, in real time the first."""
-        if self._timer is not None or time.monotonic() - self.asked_at <= self.settings.answer_timeout:
+        leader, node = self.leader, self.node
+        if not leader.watch() or self._timer is not None:
             return
-        if self.commanded and self.lockstep and self._is_answered():
-            self.unrecorded = True
-            text = f"{self.blame()}; what is flown from now on is not recorded"
-            self.event(FlightEvent.WARNING, "recorder_lost", text, self.elapsed_ns)
-            self.progress()
+        if time.monotonic() - leader.wrenches.asked_at <= self.settings.answer_timeout:
+            return
+        if node.commanded and node.lockstep and self._is_answered():
+            leader.unrecorded = True
+            text = f"{leader.blame()}; what is flown from now on is not recorded"
+            node.events.warn("recorder_lost", text, leader.elapsed_ns)
+            self._progress()
         else:
-            self.give_up(self.blame())
+            leader.give_up(leader.blame())
+
+    def deactivate(self, ended: FlightState) -> None:
+        """End the flight because of a signal."""
+        self.leader.end(ended.state, ended.reason)
+        self.node.exit_code = 1
 
 
 def fill(message: Odometry, state: VehicleState, stamp: int) -> Odometry:

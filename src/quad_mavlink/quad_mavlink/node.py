@@ -1,8 +1,9 @@
 """`ros2 run quad_mavlink mavlink_bridge`: takes the simulator's place with a vehicle that PX4 or ArduPilot flies.
 
-``attitude_setpoint`` becomes SET_ATTITUDE_TARGET, the autopilot's estimate becomes ``state``. MAVLink has no torque
-message: attitude laws stay in shadow. ``actuation`` is a prediction: the autopilot reports none. The autopilot is asked
-for its states (SET_MESSAGE_INTERVAL) and, ArduPilot, for the parameters that decide what a thrust means.
+Subscribes: attitude_setpoint, which becomes SET_ATTITUDE_TARGET. Reads every 2 ms what has come over UDP: the
+autopilot's estimate becomes ``state``. MAVLink has no torque message: attitude laws stay in shadow. ``actuation`` is a
+prediction: the autopilot reports none. The autopilot is asked for its states (SET_MESSAGE_INTERVAL) and, ArduPilot, for
+the parameters that decide what a thrust means. What it does for the flight: ``quad_autopilot.autopilot_flight``.
 """
 
 import math
@@ -12,16 +13,15 @@ from typing import Any
 from quad_autopilot import frames, thrust
 from quad_autopilot.arming import Setpoint
 from quad_autopilot.autopilot import NAV_TAKEOFF, Ack, Request
-from quad_autopilot.node import LOOK, OVER, AutopilotInterface, AutopilotNode
+from quad_autopilot.autopilot_flight import BEAT, LOOK, AutopilotFlight
 from quad_autopilot.odometry import Sample
 from quad_autopilot.parameters import Flier
-from quad_core.enumerations import NodeState
+from quad_core.cascade import POSITION, STAGE
 from quad_core.geometry import body_z, clamp
-from quad_core.types import AttitudeThrust, VehicleState
+from quad_core.types import AttitudeThrust
 from quad_mavlink import link, words
 from quad_mavlink.link import AUTOPILOT
 from quad_mavlink.parameters import MAVLINK, MavlinkBridgeParameters
-from quad_msgs.msg import FlightEvent
 from quad_node.main import run
 
 SET_MESSAGE_INTERVAL = 511
@@ -44,17 +44,23 @@ def fraction(settings: MavlinkBridgeParameters, setpoint: AttitudeThrust, boosts
     return clamp(thrust.compensated(settings.autopilot_curve, settings.thrust_curve, share), 0.0, 1.0)
 
 
-class MavlinkInterface(AutopilotInterface):
+class MavlinkBridge:
     """PX4 or ArduPilot over MAVLink: armed, flown by attitude, landed. Nothing is known before the first HEARTBEAT."""
 
-    profile = words.UNKNOWN
-
-    def __init__(self, node: AutopilotNode) -> None:
+    def __init__(self) -> None:
         """Look for pymavlink and open the port; raises ParameterError for what cannot fly."""
-        super().__init__(node)
+        self.flight = AutopilotFlight(
+            MAVLINK,
+            words.UNKNOWN,
+            ask=self._request,
+            activate=self.activate,
+            refusal=self._refusal,
+            shut_down=self.shut_down,
+        )
+        self.node, self.settings = self.flight.node, self.flight.settings
         found = self.settings
         thrust.require(found.max_rotor_thrust)
-        self.predicted = thrust.predicted(0.0, found.max_rotor_thrust)
+        self.flight.predicted = thrust.predicted(0.0, found.max_rotor_thrust)
         self.link = link.Link(link.load(), found.listen, found.connect, found.source_system, found.target_system)
         self.kind = 0
         self.parameters: dict[str, float] = {}
@@ -63,28 +69,44 @@ class MavlinkInterface(AutopilotInterface):
         self._heartbeat: Any = None
         self._position: Any = None
         self._is_level_sent = False
-        node.every(1.0, self.on_second)
-        node.every(LOOK, self.take)
+        self.node.measures.append(self._measured)
+        self.node.links.subscribe(STAGE[POSITION].gives, self._take_setpoint, raw=True)
+        self.node.every(1.0, self.ask_for_more)
+        self.node.every(LOOK, self._read)
+        self.node.every(BEAT, self.step)
 
-    def take(self) -> None:
+    def activate(self) -> None:
+        """Say which autopilot it is and where; the flight begins."""
+        self.node.events.info("autopilot", f"{self.flight.profile.name} at {self.link.peer}", always=True)
+
+    def step(self) -> None:
+        """Keep the autopilot in our mode and ask it for what is due, every 20 ms."""
+        if not self.flight.begin_step():
+            return
+        self._read()
+        due = self.flight.step()
+        newtons = self.flight.safe_thrust(due.setpoint)
+        # level: as a stream before the flight, once when it is given up, for a stream keeps the mode
+        if newtons is not None and not (due.setpoint == Setpoint.LEVEL and self._is_level_sent):
+            self.send_attitude(self.flight.level(newtons))
+        if newtons is not None:
+            self._is_level_sent = due.setpoint == Setpoint.LEVEL
+
+    def _take_setpoint(self, payload: bytes) -> None:
+        if (setpoint := self.flight.accepted(payload)) is not None:
+            self.send_attitude(setpoint)
+
+    def _read(self) -> None:
         """Take what has come."""
         before = self.kind
         for message in self.link.messages():
-            self.spoke_at = self.clock()
+            self.flight.spoke_at = self.flight.clock()
             sample = self.handle(message)
             if sample is not None:
-                self.node.on_sample(sample)
+                self.flight.take(sample)
         if self.kind != before:
-            self.node.estimator = self.profile.name
-            self.on_second()
-            if self.node.status == NodeState.READY:
-                self.on_ready()
-
-    def on_ready(self) -> None:
-        """Report which autopilot it is and where, as soon as both are known and a recorder is there."""
-        super().on_ready()
-        if self.kind:
-            self.node.event(FlightEvent.INFO, "autopilot", f"{self.profile.name} at {self.link.peer}", always=True)
+            self.flight.leader.estimator = self.flight.profile.name
+            self.ask_for_more()
 
     def handle(self, message: Any) -> Sample | None:
         """Take a message; return the estimate that it completes."""
@@ -94,7 +116,7 @@ class MavlinkInterface(AutopilotInterface):
         elif kind == "COMMAND_ACK":
             self._on_ack(message)
         elif kind == "STATUSTEXT":
-            self._texts = words.heard(self._texts, self.clock(), message.severity, message.text, message.id)
+            self._texts = words.heard(self._texts, self.flight.clock(), message.severity, message.text, message.id)
         elif kind == "SYS_STATUS":
             asked = message.onboard_control_sensors_enabled & _PREARM
             self._checks_pass = not asked or bool(message.onboard_control_sensors_health & _PREARM)
@@ -110,16 +132,16 @@ class MavlinkInterface(AutopilotInterface):
         elif kind == "ATTITUDE_QUATERNION" and self.kind == words.ARDUPILOT:
             return words.of_pair(message, self._position)
         if self._heartbeat is not None:
-            texts = words.newest(self._texts, self.clock())
-            self.autopilot = words.said(self._heartbeat, self._checks_pass, texts, self._charge, self._landed)
+            texts = words.newest(self._texts, self.flight.clock())
+            self.flight.said = words.said(self._heartbeat, self._checks_pass, texts, self._charge, self._landed)
         return None
 
     def _on_heartbeat(self, message: Any) -> None:
         if message.autopilot in words.PROFILES:
             self._heartbeat = message
-            self.kind, self.profile = message.autopilot, words.PROFILES[message.autopilot]
+            self.kind, self.flight.profile = message.autopilot, words.PROFILES[message.autopilot]
         elif not self.kind:
-            self.profile = words.UNKNOWN._replace(
+            self.flight.profile = words.UNKNOWN._replace(
                 hint=f"system {self.settings.target_system} is MAV_AUTOPILOT {message.autopilot}, "
                 f"expected {words.PX4} (PX4) or {words.ARDUPILOT} (ArduPilot)"
             )
@@ -128,20 +150,20 @@ class MavlinkInterface(AutopilotInterface):
         if message.target_system not in (0, self.settings.source_system):
             return
         if message.command != SET_MESSAGE_INTERVAL:
-            self.ack = Ack(message.command, message.result)
+            self.flight.ack = Ack(message.command, message.result)
         elif message.result:
             self._refused = f"SET_MESSAGE_INTERVAL: result {message.result}"
 
-    def on_second(self) -> None:
-        """Send our HEARTBEAT, and ask for what is still missing."""
-        if self.node.phase in OVER:
+    def ask_for_more(self) -> None:
+        """Send our HEARTBEAT, and ask for what is still missing, every second."""
+        if self.flight.is_over:
             return
         mavlink, target = self.link.mavlink, self.settings.target_system
         self.link.send(
             mavlink.MAVLink_heartbeat_message(_ONBOARD_CONTROLLER, _NO_AUTOPILOT, 0, 0, _ACTIVE, mavlink_version=3)
         )
-        if self._refused and not self.node.sample:
-            self.node.event(FlightEvent.WARNING, "states_refused", self._refused, self.node.elapsed_ns)
+        if self._refused and not self.flight.sample:
+            self.node.events.warn("states_refused", self._refused, self.flight.leader.elapsed_ns)
         if not self.kind:
             return
         for name in self._unanswered():
@@ -155,7 +177,7 @@ class MavlinkInterface(AutopilotInterface):
         needed = (GUID_OPTIONS, ANGLE_BOOST) if self.kind == words.ARDUPILOT else ()
         return [name for name in needed if name not in self.parameters]
 
-    def refusal(self) -> str:
+    def _refusal(self) -> str:
         """Return what speaks against a flight: too weak rotors, or parameters of the autopilot."""
         if self.kind == words.ARDUPILOT and self.settings.arming.takeoff == Flier.AUTOPILOT:
             return "arming.takeoff: found autopilot, expected ours: ArduPilot takes off in GUIDED, which is our mode"
@@ -170,7 +192,7 @@ class MavlinkInterface(AutopilotInterface):
         """Whether the autopilot divides the thrust by the cosine of the tilt."""
         return self.kind == words.ARDUPILOT and bool(self.parameters.get(ANGLE_BOOST, 1.0))
 
-    def send_request(self, request: Request) -> None:
+    def _request(self, request: Request) -> None:
         """Send a COMMAND_LONG."""
         self._command(request.command, request.param1, request.param2, request.attempt)
 
@@ -183,13 +205,13 @@ class MavlinkInterface(AutopilotInterface):
             )
         )
 
-    def send_attitude(self, setpoint: AttitudeThrust, _state: VehicleState) -> None:
+    def send_attitude(self, setpoint: AttitudeThrust) -> None:
         """Send an attitude (FRD in NED) and a thrust as SET_ATTITUDE_TARGET, stamped with the state that it answers."""
-        self.predicted = thrust.predicted(setpoint.thrust, self.settings.max_rotor_thrust)
+        self.flight.predicted = thrust.predicted(setpoint.thrust, self.settings.max_rotor_thrust)
         x, y, z, w = frames.attitude(setpoint.q_wb)
         self.link.send(
             self.link.mavlink.MAVLink_set_attitude_target_message(
-                self.node.stamps().sampled // 1000 & 0xFFFFFFFF,
+                self.flight.stamps().sampled // 1000 & 0xFFFFFFFF,
                 self.settings.target_system,
                 AUTOPILOT,
                 _ATTITUDE_ONLY,
@@ -199,17 +221,11 @@ class MavlinkInterface(AutopilotInterface):
             )
         )
 
-    def send_safe(self, output: Setpoint, newtons: float, state: VehicleState) -> None:
-        """Send level attitude: as a stream before the flight, once when it is given up, for a stream keeps the mode."""
-        if output != Setpoint.LEVEL or not self._is_level_sent:
-            super().send_safe(output, newtons, state)
-        self._is_level_sent = output == Setpoint.LEVEL
-
-    def measurements(self) -> dict[str, float]:
+    def _measured(self) -> dict[str, float]:
         """Return what the link dropped."""
         return {"strangers": self.link.strangers, "lost_datagrams": self.link.lost}
 
-    def close(self) -> None:
+    def shut_down(self) -> None:
         """Close the port."""
         self.link.close()
 
@@ -217,4 +233,4 @@ class MavlinkInterface(AutopilotInterface):
 def main() -> None:
     """Run the bridge over MAVLink."""
     text = "Bridge to PX4 or ArduPilot over MAVLink: takes attitude_setpoint."
-    sys.exit(run(MAVLINK, lambda: AutopilotNode(MAVLINK, MavlinkInterface), text))
+    sys.exit(run(MAVLINK, MavlinkBridge, text))

@@ -6,7 +6,7 @@ from unittest.mock import Mock, patch
 from quad_autopilot.autopilot import Stamps
 from quad_core.vehicle import Vehicle
 from quad_mavlink import link
-from quad_mavlink.node import MavlinkInterface
+from quad_mavlink import node as module
 
 
 class Words:
@@ -17,12 +17,17 @@ class Words:
 
 
 def bridge(settings):
-    """Return the interface of a bridge with ``settings``; ``sent`` is what it has sent."""
+    """Return a bridge with ``settings``; ``sent`` is what it has sent."""
     sent = []
-    node = Mock(settings=settings, vehicle=Vehicle(mass=1.0), phase=0, sample=None)
-    node.stamps.return_value = Stamps()
+    flight = Mock(settings=settings, is_over=False, sample=None, said=None, ack=None)
+    flight.node.vehicle = Vehicle(mass=1.0)
+    flight.stamps.return_value, flight.clock.return_value = Stamps(), 0.0
     wire = SimpleNamespace(mavlink=Words(), send=sent.append)
-    with patch.object(link, "load"), patch.object(link, "Link", return_value=wire):
-        made = MavlinkInterface(node)
+    with (
+        patch.object(link, "load"),
+        patch.object(link, "Link", return_value=wire),
+        patch.object(module, "AutopilotFlight", return_value=flight),
+    ):
+        made = module.MavlinkBridge()
     made.sent = sent
     return made

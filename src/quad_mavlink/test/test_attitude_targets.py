@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from mavlink_without_link import bridge
 from scipy.spatial.transform import Rotation
 
-from quad_core.types import AttitudeThrust, Quat, VehicleState
+from quad_core.types import AttitudeThrust, Quat
 from quad_mavlink.node import fraction
 from quad_mavlink.parameters import MavlinkBridgeParameters
 
@@ -27,7 +27,7 @@ def asked(rotation, newtons):
 def sent(setpoint):
     """Return type_mask, q, body rates and thrust of the message."""
     made = bridge(SETTINGS)
-    made.send_attitude(setpoint, VehicleState())
+    made.send_attitude(setpoint)
     (found,) = made.sent
     return [found[4], found[5], found[6:9], found[9]]
 

@@ -6,7 +6,7 @@ import pytest
 from mavlink_without_link import bridge
 
 from quad_autopilot.autopilot import Request, Stamps
-from quad_core.types import AttitudeThrust, VehicleState
+from quad_core.types import AttitudeThrust
 from quad_mavlink.parameters import MavlinkBridgeParameters
 
 PX4, ARDUPILOT = 12, 3
@@ -27,12 +27,12 @@ def beat(vehicle, kind):
 
 
 def test_a_target_carries_the_ms_of_the_state_that_it_answers(vehicle):
-    vehicle.node.stamps.return_value = Stamps(now=5_009_000, sampled=5_001_999)
-    vehicle.send_attitude(AttitudeThrust(thrust=8.0), VehicleState())
+    vehicle.flight.stamps.return_value = Stamps(now=5_009_000, sampled=5_001_999)
+    vehicle.send_attitude(AttitudeThrust(thrust=8.0))
     assert vehicle.sent[-1][:5] == ("set_attitude_target", 5001, SYSTEM, 1, 7)
     assert vehicle.sent[-1][6:] == (0.0, 0.0, 0.0, 0.4)
-    vehicle.node.stamps.return_value = Stamps(sampled=1000 * (2**32 + 5))
-    vehicle.send_attitude(AttitudeThrust(thrust=8.0), VehicleState())
+    vehicle.flight.stamps.return_value = Stamps(sampled=1000 * (2**32 + 5))
+    vehicle.send_attitude(AttitudeThrust(thrust=8.0))
     assert vehicle.sent[-1][1] == 5  # the field has 32 bits
 
 
@@ -40,16 +40,16 @@ def test_a_target_carries_the_ms_of_the_state_that_it_answers(vehicle):
 def test_what_the_land_detector_says_is_contact(vehicle, landed_state, landed):
     vehicle.handle(message("EXTENDED_SYS_STATE", vtol_state=0, landed_state=landed_state))
     beat(vehicle, PX4)
-    assert vehicle.autopilot.landed == landed
+    assert vehicle.flight.said.landed == landed
 
 
 def test_a_request_goes_to_the_vehicle_that_is_meant_with_numbers_alone(vehicle):
-    vehicle.send_request(Request(21, attempt=258))
+    vehicle._request(Request(21, attempt=258))
     assert vehicle.sent == [("command_long", SYSTEM, 1, 21, 2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)]
 
 
 def test_our_heartbeat_is_that_of_an_onboard_controller(vehicle):
-    vehicle.on_second()
+    vehicle.ask_for_more()
     assert vehicle.sent == [("heartbeat", 18, 8, 0, 0, 4)]
 
 
@@ -58,7 +58,7 @@ def test_what_is_needed_is_asked_for_every_second_for_a_request_may_be_lost(vehi
     beat(vehicle, kind)
     for _ in range(2):
         vehicle.sent.clear()
-        vehicle.on_second()
+        vehicle.ask_for_more()
         asked = {found[5]: found[6] for found in vehicle.sent if found[0] == "command_long" and found[3] == 511}
         always = {0: 1e5, 1: 1e6, 245: 2e5}  # us; HEARTBEAT, SYS_STATUS, EXTENDED_SYS_STATE
         assert asked == {**dict.fromkeys(states, 1e4), **always}
@@ -66,24 +66,24 @@ def test_what_is_needed_is_asked_for_every_second_for_a_request_may_be_lost(vehi
 
 def test_answers_to_others_are_none(vehicle):
     vehicle.handle(message("COMMAND_ACK", command=400, result=2, target_system=42))
-    assert vehicle.ack is None
+    assert vehicle.flight.ack is None
     vehicle.handle(message("COMMAND_ACK", command=400, result=2, target_system=OURS))
-    assert vehicle.ack == (400, 2)
+    assert vehicle.flight.ack == (400, 2)
 
 
 def test_a_heartbeat_that_names_no_autopilot_says_nothing_of_its_mode(vehicle):
     beat(vehicle, PX4)
-    known = vehicle.autopilot
+    known = vehicle.flight.said
     beat(vehicle, 8)  # MAV_AUTOPILOT_INVALID, as other parts of a vehicle send it
-    assert (vehicle.kind, vehicle.autopilot) == (PX4, known)
+    assert (vehicle.kind, vehicle.flight.said) == (PX4, known)
 
 
 @pytest.mark.parametrize(("kind", "options", "word"), [(ARDUPILOT, 0, "found 0"), (ARDUPILOT, 1, "found 1")])
 def test_a_thrust_that_would_be_a_climb_rate_is_refused(vehicle, kind, options, word):
     beat(vehicle, kind)
-    assert "not answered" in vehicle.refusal()
+    assert "not answered" in vehicle._refusal()
     vehicle.parameters = {"GUID_OPTIONS": float(options), "ATC_ANGLE_BOOST": 1.0}
-    assert word in vehicle.refusal()
+    assert word in vehicle._refusal()
     vehicle.parameters["GUID_OPTIONS"] = 9.0
-    assert vehicle.refusal() == ""
+    assert vehicle._refusal() == ""
     assert vehicle.boosts

@@ -1,20 +1,25 @@
-"""What all nodes of a flight share: parameters, handshake, events, diagnostics, watchdogs, the end.
+"""What all nodes of a flight have: parameters, links, an event log, a status, a watch on the flight, an end.
+
+A node is a class that makes a ``FlightNode`` and hands it what it does when:
+
+    configure    its constructor: parameters, parts, subscriptions
+    activate     all endpoints are matched; where it owns the vehicle: all nodes are ready, the flight begins
+    step         what it does at a step of the flight; ``Responder`` calls it with a state, or a clock of its own does
+    deactivate   the flight has ended; where it owns the vehicle: a signal asks for the end
+    shut_down    last: it releases what it holds
 
 Subscribes: flight/state (FlightState), except in the node that owns the vehicle.
 Publishes: flight/nodes (NodeStatus), flight/events (FlightEvent), flight/parameters (NodeParameters), diagnostics.
 """
 
+import math
 import time
-from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
-from rclpy.duration import Duration
 from rclpy.node import Node
-from rclpy.publisher import Publisher
-from rclpy.subscription import Subscription
 from rclpy.task import Future
 from rclpy.timer import Timer
 
@@ -23,14 +28,15 @@ from quad_core.enumerations import FlightClock, NodeState
 from quad_core.parameter_files import dump_yaml
 from quad_core.parameters import Value
 from quad_core.resolution import Resolved
-from quad_msgs.msg import FlightEvent, FlightState, NodeParameters, NodeStatus
-from quad_node import links, parameters, topics
-from quad_node.codec import ForeignRunError
-from quad_node.conversion import set_stamp
+from quad_msgs.msg import FlightState, NodeParameters, NodeStatus
+from quad_node import parameters, topics
+from quad_node.event_log import EventLog
 from quad_node.handshake import is_foreign, run_number
 from quad_node.interface import interface_hash, versions
+from quad_node.links import Links
 from quad_node.starter import STARTER_GONE, Starter
 
+OPERATORS, ALL_SIGNALS = ("SIGINT", "SIGHUP"), ("SIGINT", "SIGHUP", "SIGTERM")
 _HOUSEKEEPING = 0.05
 _DIAGNOSTICS_EVERY = 20
 _EAGER, _LINKS_EVERY, _STALL_EVERY = 100, 5, 5
@@ -41,91 +47,82 @@ _SILENT_LEAVES = 0.5  # s for the last messages of a node that took no part
 _NEXT_WAIT = 10.0  # s between two lines of waiting
 
 
+def nothing(*_: Any) -> None:
+    """Do nothing: for a node that has nothing to do then."""
+
+
 class FlightNode:
     """One role in a flight. ``ros`` is its ROS node; ``over``: the flight has ended, or never began.
 
     ``done`` completes when the node has nothing more to do; see ``exit_code``. ``slept``: the s by which a tick came
     late because this process stood still, 0 if it was in time; what the process missed is still to be read.
+    ``outlived``: signals after which it stays while it flies, because the vehicle has to come down first; the first one
+    is in ``asked_to_end``. ``measures``: functions that give further numbers for diagnostics. ``next_step`` gives the
+    first plant step for which the present parameters hold, ``waits_for`` what must come before the flight. ``began``: s
+    of the steady clock at which flight/state says that the flight began, inf: not yet, None: it has said nothing.
     """
 
-    def __init__(self, role: str) -> None:
-        """Read and declare parameters; raises ParameterError or PluginError if they cannot be accepted."""
+    def __init__(
+        self,
+        role: str,
+        *,
+        activate: Callable[[], None] = nothing,
+        watch: Callable[[], None] = nothing,
+        deactivate: Callable[[FlightState], None] | None = None,
+        shut_down: Callable[[], None] = nothing,
+        needs: Callable[[], list[str]] = list,
+    ) -> None:
+        """Read and declare parameters; raises ParameterError or PluginError if they cannot be accepted.
+
+        ``watch`` is called 20 times a second on the steady clock; without ``deactivate`` the node leaves when the
+        flight has ended. ``needs``: what the node itself still lacks before it is ready.
+        """
         self.ros = Node(role, automatically_declare_parameters_from_overrides=True)
         self.name, self.log = self.ros.get_fully_qualified_name(), self.ros.get_logger()
         # A controller whose node is named shadow_<role> answers in parallel to the one that flies.
         self.shadow = self.ros.get_name() in SHADOWS
         kind = self.ros.get_name() if self.shadow else role
         # Who owns another vehicle than the simulated one has parameters of its own and the simulator's role.
-        self.role = role = SIMULATOR if kind in OWNERS else kind
+        self.role = SIMULATOR if kind in OWNERS else kind
         self.resolved: Resolved = parameters.resolve_overrides(self.ros, kind)
         parameters.declare(self.ros, self.resolved)
         parameters.on_change(self.ros, kind, self._on_parameters)
-        self.flight = self.resolved.flight
+        self.flight, self.vehicle, self.settings = self.resolved.flight, self.resolved.vehicle, self.resolved.node
         self.run = run_number(self.flight.run_id)
-        self.vehicle = self.resolved.vehicle
         self.roles = self.flight.role_names
-        self.lockstep = self.flight.mode == FlightClock.LOCKSTEP
+        self.lockstep, self.commanded = self.flight.mode == FlightClock.LOCKSTEP, COMMANDER in self.roles
+        self.period_steps = int(getattr(self.settings, "period_steps", 1))  # plant steps between two answers
         self.exit_code, self.asked_to_end = 1, ""
+        self.outlived: tuple[str, ...] = OPERATORS if self.commanded else ()
         self.done: Future = Future()
         self.starter = Starter()
         self.internals_names: list[str] = []
-        self.counters: Counter[str] = Counter()
+        self.measures: list[Callable[[], dict[str, Any]]] = []
+        self.next_step: Callable[[], int] = lambda: 0
+        self.waits_for: Callable[[], list[str]] = self._waits_for
         self.current_step = self._last_step = self._ticks = 0
         self.flying = self.over = False
-        self.commanded = COMMANDER in self.roles
         self.started = self.last_heard = self._ticked_at = time.monotonic()
-        self.slept = 0.0
-        self._last_reported: dict[str, float] = {}
-        self._out: list[tuple[Publisher, int, str]] = []
-        self._in: dict[str, tuple[Subscription, str]] = {}
-        self._detail = ""
-        self._status_out = self.publisher("flight/nodes", match=False)
-        self._events_out = self.publisher("flight/events", match=False)
-        self._parameters_out = self.publisher("flight/parameters", match=False)
+        self.slept, self.ready_at = 0.0, math.inf
+        self.began: float | None = None
+        self._activate, self._watch, self._deactivate, self._needs = activate, watch, deactivate or self.leave, needs
+        self.shut_down = shut_down
+        self.links = Links(self.ros, self.roles, self.lockstep, self.shadow)
+        self.events = self.links.events = EventLog(self.name, self.log, self.links.publisher("flight/events", False))
+        self._status_out = self.links.publisher("flight/nodes", match=False)
+        self._parameters_out = self.links.publisher("flight/parameters", match=False)
         self._diagnostics_out = self.ros.create_publisher(DiagnosticArray, "diagnostics", topics.stream())
         self.status: int = NodeState.STARTING
+        self._detail = ""
         self.publish_status("")
         self.publish_parameters()
-        if role != SIMULATOR:
-            self.subscribe("flight/state", self._on_flight_state)
-        self.every(_HOUSEKEEPING, self._housekeeping)
+        if self.role != SIMULATOR:
+            self.links.subscribe("flight/state", self._on_flight_state)
+        self.every(_HOUSEKEEPING, self._tick)
 
     def every(self, period: float, callback: Callable[[], None]) -> Timer:
         """Call ``callback`` every ``period`` s of the steady clock until the timer is cancelled."""
         return self.ros.create_timer(period, callback, clock=Clock(clock_type=ClockType.STEADY_TIME))
-
-    def publisher(self, topic: str, match: bool = True) -> Publisher:
-        """Return a publisher of a topic, of a shadow's own for an answer; READY waits for subscribers if ``match``."""
-        aside = self.shadow and topics.TOPICS[topic].step
-        entry = topics.TOPICS[topics.SHADOW_TOPICS + topic if aside else topic]
-        publisher = self.ros.create_publisher(entry.type, entry.wire, entry.qos(entry.history(self.lockstep)))
-        readers = entry.subscribers_of(self.roles) if match else []
-        self._out.append((publisher, len(readers), ", ".join(readers)))
-        return publisher
-
-    def subscribe(self, topic: str, callback: Any, depth: int = 10, raw: bool = False) -> Any:
-        """Subscribe to a topic of the table and return it; READY waits for the publishers of a required one."""
-        entry = topics.TOPICS[topic]
-        if self.shadow:
-            depth = max(depth, entry.history(self.lockstep))
-        qos, watched = entry.qos(depth, keep_all=self.lockstep), links.qos_events(self.event, entry.name)
-        subscription = self.ros.create_subscription(
-            entry.type, entry.wire, callback, qos, raw=raw, event_callbacks=watched
-        )
-        sources = [role for role in entry.publishers if role in self.roles]
-        if entry.required and entry.exists(self.roles) and sources:
-            self._in[entry.wire] = subscription, " or ".join(sources)
-        return subscription
-
-    @property
-    def period_steps(self) -> int:
-        """Plant steps between two answers of this node."""
-        return int(getattr(self.resolved.node, "period_steps", 1))
-
-    @property
-    def next_step(self) -> int:
-        """First plant step for which the present parameters hold."""
-        return 0
 
     @property
     def priority(self) -> int:
@@ -164,11 +161,6 @@ class FlightNode:
             )
         )
 
-    def set_status(self, state: int, detail: str) -> None:
-        """Change this node's state and publish it."""
-        self.status = state
-        self.publish_status(detail)
-
     def publish_parameters(self) -> None:
         """Publish all resolved parameters as a parameter file."""
         content = {self.name: {"ros__parameters": parameters.current_values(self.ros)}}
@@ -179,46 +171,20 @@ class FlightNode:
                 parameters=dump_yaml(content, sort_keys=True),
                 versions=dump_yaml(versions(), sort_keys=True),
                 internals_names=self.internals_names,
-                step=self.next_step,
+                step=self.next_step(),
             )
         )
-
-    def event(self, severity: int, kind: str, text: str, stamp_ns: int = 0, always: bool = False) -> None:
-        """Count ``kind``; publish and log it, at most once a second for the same kind unless ``always`` or an error."""
-        self.counters[kind] += 1
-        now = time.monotonic()
-        if not always and severity < FlightEvent.ERROR and now - self._last_reported.get(kind, -1.0) < 1.0:
-            return
-        self._last_reported[kind] = now
-        message = FlightEvent(node=self.name, severity=severity, kind=kind, text=text)
-        set_stamp(message.stamp, stamp_ns)
-        self._events_out.publish(message)
-        # one line for each severity: rclpy refuses to log with two severities from the same line
-        if severity == FlightEvent.INFO:
-            self.log.info(f"{kind}: {text}")
-        elif severity == FlightEvent.WARNING:
-            self.log.warning(f"{kind}: {text}")
-        else:
-            self.log.error(f"{kind}: {text}")
 
     def is_foreign(self, topic: str, run: int) -> bool:
         """Return whether a message with run number ``run`` is of another run; that is counted and reported."""
         foreign = is_foreign(run, self.run)
         if foreign:
-            self.event(FlightEvent.WARNING, "foreign_run", f"{topic} of another run ignored")
+            self.events.foreign(topic)
         return foreign
 
-    def reject(self, topic: str, found: str, stamp: int = 0, kind: str = "rejected_nonfinite") -> None:
-        """Count and report a message that is not used; ``stamp`` in ns of the flight."""
-        self.counters["rejected"] += 1
-        self.event(FlightEvent.WARNING, kind, f"{topic}: {found}; message ignored", stamp)
-
-    def unusable(self, topic: str, payload: bytes, error: Exception) -> None:
-        """Count and report a payload whose reading raised ``error``, one of UNUSABLE of the codec."""
-        if isinstance(error, ForeignRunError):
-            self.event(FlightEvent.WARNING, "foreign_run", f"{topic} of another run ignored")
-        else:
-            self.reject(topic, f"a malformed message of {len(payload)} bytes ({error})", kind="rejected_malformed")
+    def missing(self) -> list[str]:
+        """Return what the node lacks before it is ready: links, and what it needs besides."""
+        return list(dict.fromkeys([*self.links.missing(), *self._needs()]))
 
     def finish(self, exit_code: int, detail: str) -> None:
         """End this node's work; the process leaves with ``exit_code``."""
@@ -228,101 +194,88 @@ class FlightNode:
                 self.log.error(f"ended with exit code {exit_code}: {detail}")
             else:
                 self.log.info(f"ended: {detail or 'flown as planned'}")
-            self.set_status(NodeState.DONE if exit_code == 0 else NodeState.FAULT, detail)
+            self.status = NodeState.DONE if exit_code == 0 else NodeState.FAULT
+            self.publish_status(detail)
             self.done.set_result(None)
 
-    def on_flight_ended(self, message: FlightState) -> None:
-        """React to the end of the flight; the recorder overrides this to wait for the last messages."""
-        failed = message.state == FlightState.FAILED
-        self.finish(1 if failed else 0, message.reason or "flight ended")
+    def leave(self, ended: FlightState) -> None:
+        """Finish with the outcome of the flight."""
+        self.finish(1 if ended.state == FlightState.FAILED else 0, ended.reason or "flight ended")
 
-    def on_ready(self) -> None:
-        """React to all endpoints being matched."""
-
-    def on_tick(self) -> None:
-        """Do periodic work, 20 times a second on the steady clock."""
-
-    def on_signal(self, name: str) -> bool:
-        """Return whether this node goes on after the first signal, because something has to come down first.
-
-        Where a commander flies, a terminal's Ctrl-C or its end lands the vehicle, and no node leaves before.
-        """
-        if not (self.commanded and self.flying) or name not in ("SIGINT", "SIGHUP"):
+    def outlives(self, signal: str) -> bool:
+        """Return whether this node goes on after the first signal; who has to act on it looks at ``asked_to_end``."""
+        if not (self.flying and signal in self.outlived):
             return False
-        self.asked_to_end = name
+        self.asked_to_end = signal
         return True
 
-    def on_interrupt(self, name: str) -> None:
-        """React to SIGINT, SIGTERM or SIGHUP: the node still can publish."""
-        self.event(FlightEvent.INFO, "interrupted", f"{self.role} stopped by {name}")
-
-    def close(self) -> None:
-        """Release what the node holds; called once, last."""
+    def interrupt(self, signal: str) -> None:
+        """React to a signal that ends this node: it can still publish."""
+        reason = f"{self.role} stopped by {signal}"
+        if self.role == SIMULATOR:
+            self._deactivate(FlightState(state=FlightState.FAILED, step=self.current_step, reason=reason))
+        else:
+            self.events.info("interrupted", reason)
 
     def drain(self, patience: float) -> None:
         """Wait at most ``patience`` s until subscribers have what was sent: a process that leaves takes it along."""
         # nobody waits for one that stayed silent, and those that it would wait for have left
-        deadline = time.monotonic() + (min(patience, _SILENT_LEAVES) if self.counters["came_late"] else patience)
-        # who hears first that this node has left drops what it has not read of it, the reason too
-        for publisher, _, _ in self._out:
-            publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
-
-    def missing_links(self) -> list[str]:
-        """Return the topics that are not matched with all the nodes they need, and whose part that is."""
-        return links.missing(self.ros, self._out, self._in)
-
-    def waits_for(self) -> list[str]:
-        """Return what must come before this node can fly."""
-        missing = self.missing_links() if self.status == NodeState.STARTING else []
-        return missing or ["flight/state FLYING of simulator"]
+        self.links.drain(min(patience, _SILENT_LEAVES) if self.events.counts["came_late"] else patience)
 
     def _on_parameters(self, resolved: Resolved, changes: dict[str, Value]) -> None:
         self.resolved = resolved
         self.publish_parameters()
-        self.event(FlightEvent.INFO, "parameter_set", ", ".join(f"{name} = {value}" for name, value in changes.items()))
+        self.events.info("parameter_set", ", ".join(f"{name} = {value}" for name, value in changes.items()))
 
     def _on_flight_state(self, message: FlightState) -> None:
         if self.is_foreign("flight/state", message.run):
             return
         self.last_heard = time.monotonic()
         self.flying = message.state == FlightState.FLYING
+        # a latched message may have been sent long before
+        began = self.last_heard - message.wall_time if self.flying else math.inf
+        self.began = began if self.began is None else min(self.began, began)
         if self.flying:
             self.log.info("flying", once=True)
         if message.state in (FlightState.ENDED, FlightState.FAILED):
             self.over = True
-            self.on_flight_ended(message)
+            self._deactivate(message)
 
-    def _housekeeping(self) -> None:
+    def _tick(self) -> None:
+        """Keep house: links, the flight, what the node itself watches, diagnostics."""
         self._ticks += 1
         now = time.monotonic()
         self.slept = now - self._ticked_at if now - self._ticked_at > _STOOD_STILL else 0.0
         self._ticked_at = now
         # Asking for every link costs; a node that has waited for seconds asks less often.
-        look = self._ticks < _EAGER or self._ticks % _LINKS_EVERY == 0
-        if self.status == NodeState.STARTING and look and not self.missing_links():
-            self.set_status(NodeState.READY, "ready")
-            self.on_ready()
-        if look and now - self.started > _FIRST_WAIT and not (self.flying or self.over or self.done.done()):
+        looks = self._ticks < _EAGER or self._ticks % _LINKS_EVERY == 0
+        if self.status == NodeState.STARTING and looks and not self.missing():
+            self.status, self.ready_at = NodeState.READY, now  # noted before it is sent: the flight may begin at once
+            self.publish_status("ready")
+            if self.role != SIMULATOR:
+                self._activate()
+        if looks and now - self.started > _FIRST_WAIT and not (self.flying or self.over or self.done.done()):
             self.log.info(f"waiting for {', '.join(self.waits_for())}", throttle_duration_sec=_NEXT_WAIT)
-        if self.role != SIMULATOR:
-            self._watch_flight()
         if self._ticks % _STALL_EVERY == 0:
             if self.flying and self.lockstep and self.current_step == self._last_step:
                 self.publish_status(self._detail)  # the flight stands still: the vehicle's node names who is behind
             self._last_step = self.current_step
-        self.on_tick()
+        self._watch()
+        if self.role != SIMULATOR:
+            self._watch_flight(now)
         if self._ticks % _DIAGNOSTICS_EVERY == 0:
             self.publish_diagnostics()
-            others = links.second_senders(self.ros, self._in) if self.flying else {}
-            if others:
-                self.event(FlightEvent.WARNING, "second_publisher", f"expected {'; '.join(links.described(others))}")
+            if self.flying and (others := self.links.second_senders()):
+                self.events.warn("second_publisher", f"expected {'; '.join(others)}")
 
-    def _watch_flight(self) -> None:
-        quiet = time.monotonic() - self.last_heard - self.slept
+    def _waits_for(self) -> list[str]:
+        missing = self.missing() if self.status == NodeState.STARTING else []
+        return missing or ["flight/state FLYING of simulator"]
+
+    def _watch_flight(self, now: float) -> None:
+        quiet = now - self.last_heard - self.slept
         if self.flying and quiet > self.flight.silence_timeout:
-            self.event(
-                FlightEvent.ERROR, "simulator_lost", f"flight/state: nothing from the simulator for {quiet:.1f} s"
-            )
+            self.events.error("simulator_lost", f"flight/state: nothing from the simulator for {quiet:.1f} s")
             self.finish(1, "flight/state: the simulator is silent")
         elif self.flying or self.over or self.done.done():
             return
@@ -330,14 +283,16 @@ class FlightNode:
             self.finish(1, STARTER_GONE)
         elif quiet > self.flight.start_timeout:
             text = f"no flight after {quiet:.1f} s; waiting for {', '.join(self.waits_for())}"
-            self.event(FlightEvent.ERROR, "start_timeout", text)
+            self.events.error("start_timeout", text)
             self.finish(1, text)
 
     def publish_diagnostics(self) -> None:
-        """Publish counters and measurements on diagnostics."""
+        """Publish counts and measurements on diagnostics."""
         waiting = self.status != NodeState.READY
-        level = DiagnosticStatus.WARN if waiting or self.counters["rejected"] else DiagnosticStatus.OK
-        values = {"step": self.current_step, **self.counters, **self.measurements()}
+        level = DiagnosticStatus.WARN if waiting or self.events.counts["rejected"] else DiagnosticStatus.OK
+        values = {"step": self.current_step, **self.events.counts}
+        for measure in self.measures:
+            values.update(measure())
         status = DiagnosticStatus(
             level=level,
             name=f"{self.ros.get_name()}: flight",
@@ -348,7 +303,3 @@ class FlightNode:
         message = DiagnosticArray(status=[status])
         message.header.stamp = self.ros.get_clock().now().to_msg()
         self._diagnostics_out.publish(message)
-
-    def measurements(self) -> dict[str, Any]:
-        """Return further numbers for diagnostics."""
-        return {}

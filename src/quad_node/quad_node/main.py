@@ -5,13 +5,13 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Protocol
 
 import rclpy
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.experimental import EventsExecutor
 from rclpy.task import Future
 
-from quad_msgs.msg import FlightEvent
 from quad_node import executor, parameters
 from quad_node.flight_node import FlightNode
 
@@ -21,7 +21,13 @@ _INTERRUPTED, _ENDED = 0.5, 5.0
 _AMONG_THEMSELVES = 4.0  # s in which several nodes end their flight after a signal
 
 
-def run(role: str, make: Callable[[], FlightNode], summary: str, args: list[str] | None = None) -> int:
+class Owner(Protocol):
+    """A node of a flight: it has a ``FlightNode``."""
+
+    node: FlightNode
+
+
+def run(role: str, make: Callable[[], Owner], summary: str, args: list[str] | None = None) -> int:
     """Run one node until it is done; returns 0 flown to the end, 1 failed or interrupted, 2 bad set-up."""
     given = sys.argv if args is None else args
     if "--help" in given or "-h" in given:
@@ -30,7 +36,7 @@ def run(role: str, make: Callable[[], FlightNode], summary: str, args: list[str]
     return run_all(role, [make], given)
 
 
-def run_all(name: str, makers: Sequence[Callable[[], FlightNode]], args: list[str]) -> int:
+def run_all(name: str, makers: Sequence[Callable[[], Owner]], args: list[str]) -> int:
     """Run nodes in this process, under ``name``, until each is done; returns the worst of their exit codes as ``run``.
 
     A signal goes to the first one.
@@ -47,7 +53,7 @@ def run_all(name: str, makers: Sequence[Callable[[], FlightNode]], args: list[st
     executor.on_signals(stop, Future())
     try:
         for make in makers:
-            nodes.append(make())
+            nodes.append(make().node)
             nodes[-1].introduce(seen_by)
         code = FAILED
         code = _spin(nodes, stop)
@@ -71,9 +77,9 @@ def _spin(nodes: list[FlightNode], stop: list[str]) -> int:
     ``stop`` gets the names of signals; one that is in it already ends the flight at once.
     """
     first, halted = nodes[0], Future()
-    executor.on_signals(stop, halted, first.on_signal)
+    executor.on_signals(stop, halted, first.outlives)
     if refused := executor.settle(first.priority, first.in_background):
-        first.event(FlightEvent.WARNING, "not_punctual", refused)
+        first.events.warn("not_punctual", refused)
     spinner = EventsExecutor()
     for node in nodes:
         spinner.add_node(node.ros)
@@ -85,12 +91,12 @@ def _spin(nodes: list[FlightNode], stop: list[str]) -> int:
             spinner.spin_until_future_complete(news, timeout_sec=patience)
         if stop and deadline == math.inf and (halted.done() or first.done.done()):
             deadline = time.monotonic() + (_AMONG_THEMSELVES if len(nodes) > 1 else 0.0)
-            first.on_interrupt(stop[0])
+            first.interrupt(stop[0])
         ended = [node for node in flying if node.done.done() or time.monotonic() >= deadline]
         for node in ended:
             spinner.remove_node(node.ros)
             node.drain(_INTERRUPTED if stop else _ENDED)
-            node.close()
+            node.shut_down()
             worst = max(worst, node.exit_code)
             flying.remove(node)
     return worst

@@ -1,48 +1,31 @@
-"""Nodes that answer states by one rule in both clocks: ``Responder``, and ``LawNode`` that runs a stage's law.
+"""How a node answers states, by one rule in both clocks.
 
-A node answers the state of step k when its inputs of that step are there, or when its deadline has passed. Lockstep has
-no deadline; in real time it is the next state.
+The state of step k is answered when the inputs of that step are there, or when its deadline has passed. Lockstep has no
+deadline; in real time it is the next state.
 
-Every responder subscribes to ``state``; a ``LawNode`` to the topics that its stage takes, and it publishes what the
-stage gives and its internals (see the ``stage.py`` of each controller's package).
+Subscribes: state (VehicleState), and the inputs that the node takes.
 """
 
-import math
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 from rclpy.publisher import Publisher
 
-from quad_core.cascade import SHADOW, SIGNALS, STAGE
+from quad_core.cascade import SIGNALS
 from quad_core.cycle import is_flyable, seconds
-from quad_core.enumerations import NodeState
-from quad_core.parameters import Value
-from quad_core.records import field_kinds, finite_check, flattener
-from quad_core.resolution import Plugin, Resolved
-from quad_core.safe import safe_input
-from quad_core.types import InputSteps, StepRecord, VehicleState
-from quad_msgs.msg import FlightEvent, FlightState
+from quad_core.records import flattener
+from quad_core.types import VehicleState
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node import topics
-from quad_node.codec import (
-    UNUSABLE,
-    Stamped,
-    extra_names,
-    head_of,
-    numbers_packer,
-    packer,
-    unpacker,
-)
+from quad_node.codec import UNUSABLE, Stamped, head_of, unpacker
 from quad_node.conversion import NANOSECONDS
 from quad_node.flight_node import FlightNode
-from quad_node.handshake import is_foreign
 from quad_node.state_filter import LARGEST_GAP, SequenceFilter, saw_start
 
 _LARGEST = 1e12  # in SI units no number of a flight is larger; with such inputs every law stays finite
 _MOST_KEPT = 8192  # values of an input: more than the steps that may lie ahead of the last state
-_CATCH_UP = 2.0  # s that a shadow has for its last answers
 
 
 class Sample(NamedTuple):
@@ -52,6 +35,10 @@ class Sample(NamedTuple):
     stamp_ns: int
     state: VehicleState
     dt: float
+
+
+Step = Callable[[Sample, list[Stamped | None]], Iterable[tuple[Publisher, Any]]]
+"""What a node gives for a sample and its inputs in the order taken: messages, what others wait for first."""
 
 
 class InputTopic:
@@ -104,23 +91,27 @@ class InputTopic:
         return late and step >= self.lag and self.at(step) is None
 
 
-class Responder(FlightNode):
-    """A node that answers states at multiples of its period."""
+class Responder:
+    """Calls ``step`` for the states at multiples of the node's period, and publishes what it gives.
 
-    def __init__(self, role: str) -> None:
-        """Subscribe to ``state``; raises as FlightNode."""
+    ``inputs``: the topics that a step needs besides the state; ``given_up``: those of them that no step waits for any
+    more. ``states_seen`` counts plant steps, ``state_heard``: s of the steady clock at which a state came last.
+    """
+
+    def __init__(self, node: FlightNode, step: Step) -> None:
+        """Subscribe to ``state`` for ``node``."""
+        self.node, self._step = node, step
+        self._lockstep, self._period, self._every = node.lockstep, node.flight.plant_period, node.period_steps
         self._pending: deque[Stamped] = deque()
         self._due = 0
-        self._ready = math.inf
-        self._began: float | None = None
-        super().__init__(role)
-        self._unpack_state = unpacker(VehicleState, VehicleStateMsg, run=self.run)
+        self._unpack_state = unpacker(VehicleState, VehicleStateMsg, run=node.run)
         self.inputs: list[InputTopic] = []
-        self._states = SequenceFilter(self.flight.plant_period, self.lockstep)
+        self.given_up: set[str] = set()
+        self._states = SequenceFilter(self._period, self._lockstep)
         self._answered_stamp = -1
-        self.states_seen = 0
-        self.state_heard = self.started
-        self.subscribe("state", self._on_state, raw=True)
+        self.states_seen, self.state_heard = 0, node.started
+        node.next_step = lambda: self.next_step
+        node.links.subscribe("state", self._on_state, raw=True)
 
     @property
     def next_step(self) -> int:
@@ -137,79 +128,51 @@ class Responder(FlightNode):
 
         ``kind``: the NamedTuple that it carries, for a topic that is not among the signals.
         """
-        taken = InputTopic(topic, lag)
+        taken, events = InputTopic(topic, lag), self.node.events
         kind, message = kind or SIGNALS[topic].kind, topics.TOPICS[topic].type
-        unpack, flat = unpacker(kind, message, self.flight.plant_period, self.run), flattener(kind)
+        unpack, flat = unpacker(kind, message, self._period, self.node.run), flattener(kind)
 
         def keep(payload: bytes) -> None:
-            if self.lockstep and not self._pending and taken.one_step and 0 <= head_of(payload)[0] < self._due - lag:
+            if self._lockstep and not self._pending and taken.one_step and 0 <= head_of(payload)[0] < self._due - lag:
                 return  # no step that this node answers needs it
             try:
                 stamped = unpack(payload)
             except UNUSABLE as error:
-                self.unusable(topic, payload, error)
+                events.unusable(topic, payload, error)
                 return
             numbers = flat(stamped.value)
             if not (stamped.finite and min(numbers) >= -_LARGEST and max(numbers) <= _LARGEST):
-                self.reject(topic, "a number that is not finite or out of range", stamped.stamp_ns)
+                events.reject(topic, "a number that is not finite or out of range", stamped.stamp_ns)
             elif stamped.next_step <= stamped.step:
                 text = f"step {stamped.step}, next_step {stamped.next_step}, expected a later one"
-                self.reject(topic, text, stamped.stamp_ns, "rejected_malformed")
-            elif self.lockstep and self._states.is_far_ahead(stamped.step):
+                events.reject(topic, text, stamped.stamp_ns, "rejected_malformed")
+            elif self._lockstep and self._states.is_far_ahead(stamped.step):
                 text = f"step {stamped.step}, more than {LARGEST_GAP:g} s after the last state"
-                self.reject(topic, text, stamped.stamp_ns, "rejected_future")
+                events.reject(topic, text, stamped.stamp_ns, "rejected_future")
             else:
-                taken.put(stamped, replaces=not self.lockstep)
-                self.answer_ready()
+                taken.put(stamped, replaces=not self._lockstep)
+                self.answer()
 
-        self.subscribe(topic, keep, raw=True)
+        self.node.links.subscribe(topic, keep, raw=True)
         self.inputs.append(taken)
         return taken
 
-    def answer(self, sample: Sample, arrivals: list[Stamped | None]) -> Iterator[tuple[Publisher, Any]]:
-        """Compute the messages of one step, what others wait for first; ``arrivals``: inputs in the order taken."""
-        raise NotImplementedError
-
-    def is_needed(self, taken: InputTopic, step: int) -> bool:
-        """Return whether ``step`` waits for an input that has not come."""
-        return step >= taken.lag and (self.lockstep or taken.lag == 0)
-
-    def leaves_out(self, step: int) -> bool:  # noqa: ARG002
-        """Return whether not to answer ``step``, which lacks an input."""
-        return False
-
-    def comes_late(self, step: int) -> bool:
-        """Return whether to take part, from ``step`` on, in a flight that began without this node.
-
-        It does not: what the process before it knew of the flight is lost. It reports that once.
-        """
-        if not self.counters["came_late"]:
-            text = f"step {step}: the flight is under way without {self.role}; this process stays silent"
-            self.event(FlightEvent.WARNING, "came_late", text, step * self.flight.plant_period, always=True)
-            self.publish_status(text)  # latched: a node that has not found this one yet still receives it
-        return False
-
-    def set_status(self, state: int, detail: str) -> None:
-        """Change this node's state and publish it."""
-        if state == NodeState.READY:  # noted before it is sent: the flight may begin at once
-            self._ready = min(self._ready, time.monotonic())
-        super().set_status(state, detail)
-
-    def answer_ready(self, is_due: bool = False) -> None:
+    def answer(self, is_due: bool = False) -> None:
         """Answer the states whose inputs are there; ``is_due``: in real time their deadline has passed."""
         while self._pending:
             step, _, stamp, state, _ = self._pending[0]
             arrivals = self._arrivals_of(step, is_due)
-            if arrivals is None and not self.leaves_out(step):
+            if arrivals is None and not self._leaves_out(step):
                 return
             self._pending.popleft()
             if arrivals is None:
                 continue
             sample = Sample(step, stamp, state, self._elapsed(stamp))
-            self._answered_stamp, self.current_step = stamp, step
+            self._answered_stamp = stamp
+            self.node.current_step = step
             for taken in self.inputs:
                 taken.forget_before(step)
-            for publisher, message in self.answer(sample, arrivals):
+            for publisher, message in self._step(sample, arrivals):
                 publisher.publish(message)
 
     def _arrivals_of(self, step: int, is_due: bool) -> list[Stamped | None] | None:
@@ -217,48 +180,55 @@ class Responder(FlightNode):
         arrivals = []
         for taken in self.inputs:
             arrival = taken.at(step)
-            if arrival is None and not self.lockstep:
-                arrival = taken.now(self.period_steps, is_due)
-            if arrival is None and self.is_needed(taken, step):
-                return None
+            if arrival is None:
+                if not self._lockstep:
+                    arrival = taken.now(self._every, is_due)
+                needed = step >= taken.lag and (self._lockstep or taken.lag == 0)
+                if arrival is None and needed and taken.topic not in self.given_up:
+                    return None
             arrivals.append(arrival)
         return arrivals
 
+    def _leaves_out(self, step: int) -> bool:
+        """Return whether not to answer a step: no node waits for a shadow, so its inputs may be lost."""
+        return self.node.shadow and any(taken.is_lost(step) for taken in self.inputs)
+
     def _elapsed(self, stamp: int) -> float:
         """Return the s since the last answer, by the stamps; what is far from nominal is counted."""
-        nominal = self.period_steps * self.flight.plant_period
+        nominal = self._every * self._period
         elapsed = stamp - self._answered_stamp if self._answered_stamp >= 0 else nominal
         if not nominal // 2 <= elapsed <= 2 * nominal:
-            self.counters["dt_odd"] += 1
+            self.node.events.counts["dt_odd"] += 1
         return seconds(elapsed if elapsed > 0 else nominal, 1)
 
-    def _on_flight_state(self, message: FlightState) -> None:
-        super()._on_flight_state(message)
-        if not is_foreign(message.run, self.run):
-            # a latched message may have been sent long before
-            began = time.monotonic() - message.wall_time if message.state == FlightState.FLYING else math.inf
-            self._began = began if self._began is None else min(self._began, began)
-
     def _joins(self, step: int) -> bool:
-        """Return whether to take part, the first state being that of ``step``; asked until it does."""
-        saw = saw_start(self.lockstep, step, self._ready, self._began)
+        """Return whether to take part, the first state being that of ``step``; asked until it does.
+
+        A node that comes into a flight under way does not: what the process before it knew of the flight is lost. It
+        reports that once. A shadow computes from then on.
+        """
+        node = self.node
+        saw = saw_start(self._lockstep, step, node.ready_at, node.began)
         if saw is not False:
             return bool(saw)
         begin = self._next_multiple(step)
-        if not self.comes_late(begin):
-            return False
-        self._due = begin
-        return True
+        if node.shadow:
+            self._due = begin
+        elif not node.events.counts["came_late"]:
+            text = f"step {begin}: the flight is under way without {node.role}; this process stays silent"
+            node.events.warn("came_late", text, begin * self._period, always=True)
+            node.publish_status(text)  # latched: a node that has not found this one yet still receives it
+        return node.shadow
 
     def _next_multiple(self, step: int) -> int:
-        return -(-step // self.period_steps) * self.period_steps
+        return -(-step // self._every) * self._every
 
     def _on_state(self, payload: bytes) -> None:
-        (step, run), last = head_of(payload), self._states.last
-        if step >= 0 and self.is_foreign("state", run):
+        (step, run), node, last = head_of(payload), self.node, self._states.last
+        if step >= 0 and node.is_foreign("state", run):
             return
-        self.last_heard = self.state_heard = time.monotonic()
-        self.flying = True
+        node.last_heard = self.state_heard = time.monotonic()
+        node.flying = True
         self.states_seen += step != last
         if last < step < self._due:  # none to answer, but the deadline of the one before
             self._states.take(step)
@@ -267,7 +237,7 @@ class Responder(FlightNode):
         try:
             stamped = self._unpack_state(payload)
         except UNUSABLE as error:
-            self.unusable("state", payload, error)
+            node.events.unusable("state", payload, error)
             return
         if not self._is_next(stamped):
             return
@@ -276,127 +246,31 @@ class Responder(FlightNode):
             self._pending.clear()
             self._due = self._next_multiple(step)
         if step >= self._due:
-            self._due = step + self.period_steps
+            self._due = step + self._every
             self._on_deadline()
-            if not self.lockstep:
+            if not self._lockstep:
                 self._pending.clear()
             self._pending.append(stamped)
-            self.answer_ready()
+            self.answer()
 
     def _is_next(self, stamped: Stamped) -> bool:
         """Return whether a state continues the flight; one that does not is reported."""
-        step, stamp, last = stamped.step, stamped.stamp_ns, self._states.last
+        step, stamp, last, events = stamped.step, stamped.stamp_ns, self._states.last, self.node.events
         if not self._states.allows(step):
             if self._states.is_far_ahead(step):
-                text = f"step {step}, more than {LARGEST_GAP:g} s after {last}"
-                self.reject("state", text, stamp, "rejected_future")
+                events.reject(
+                    "state", f"step {step}, more than {LARGEST_GAP:g} s after {last}", stamp, "rejected_future"
+                )
             return False
-        if abs(stamp - step * self.flight.plant_period) > LARGEST_GAP * NANOSECONDS:
-            self.reject("state", f"stamp {stamp} ns is not that of step {step}", stamp, "rejected_stamp")
+        if abs(stamp - step * self._period) > LARGEST_GAP * NANOSECONDS:
+            events.reject("state", f"stamp {stamp} ns is not that of step {step}", stamp, "rejected_stamp")
             return False
         if (step >= self._due or step < last) and not is_flyable(stamped.value):
-            self.reject("state", "a number that is not finite or out of range", stamp)
+            events.reject("state", "a number that is not finite or out of range", stamp)
             return False
         return last >= 0 or self._joins(step)
 
     def _on_deadline(self) -> None:
         """Real time: the next state is here. Answer the one that waits with the inputs that there are."""
-        if self._pending and not self.lockstep:
-            self.answer_ready(is_due=True)
-
-
-class LawNode(Responder):
-    """Holds a law's memory between steps. ``on_internals``: called with what the law showed of itself in each step.
-
-    ``law``: the law with the parameters that it runs with; a live change keeps its memory.
-    """
-
-    def __init__(self, role: str) -> None:
-        """Load the law of parameter ``law``; raises as FlightNode."""
-        super().__init__(role)
-        self.stage = STAGE[self.role.removeprefix(SHADOW)]
-        self._ended: tuple[FlightState, float] | None = None
-        self.on_internals: Callable[[Any, Sample], None] | None = None
-        self.law: Plugin = self.resolved.law
-        module = self.law.module
-        self.step = module.step
-        self.memory = module.init(self.law.parameters, self.vehicle)
-        self._is_finite, self._is_memory_finite = finite_check(self.stage.output), finite_check(module.Memory)
-        for taken in self.stage.takes:
-            self.take(taken.topic, taken.lag)
-        self._output_out = self.publisher(self.stage.gives)
-        self._internals_out = self.publisher(self.stage.internals_topic)
-        self._pack = packer(self.stage.output, topics.message_type(self.stage.output), self.run)
-        internals_message = topics.message_type(self.stage.internals)
-        self._flat_internals = flattener(module.Internals)
-        fields = [*field_kinds(StepRecord).items(), *field_kinds(module.Internals).items()]
-        recorded: Any = NamedTuple("Recorded", fields)  # type: ignore[misc]
-        self._pack_internals = numbers_packer(recorded, internals_message, self.run)
-        self.internals_names = extra_names(module.Internals, internals_message)
-        self.publish_parameters()
-
-    def answer(self, sample: Sample, arrivals: list[Stamped | None]) -> Iterator[tuple[Publisher, Any]]:
-        """Give the output and the internals of one step."""
-        law, (values, replaced) = self.law, self._values_of(sample, arrivals)
-        if values is None:
-            return
-        if sample.state.on_ground:  # what was learnt in an earlier flight is of no use for the next one
-            self.memory = law.module.init(law.parameters, self.vehicle)
-        inputs = self.stage.inputs(sample.state, *values)
-        output, memory, internals = self.step(law.parameters, self.vehicle, self.memory, inputs, sample.dt)
-        if not (self._is_finite(output) and self._is_memory_finite(memory)):
-            self.event(FlightEvent.ERROR, "law_nonfinite", f"{law.name}: non-finite output", sample.stamp_ns)
-            self.finish(1, f"{law.name}: non-finite output at step {sample.step}")
-            return
-        self.memory = memory
-        if self.on_internals is not None:
-            self.on_internals(internals, sample)
-        yield self._output_out, self._pack(output, sample.step, sample.step + self.period_steps, sample.stamp_ns)
-        steps = [arrival.step if arrival else -1 for arrival in arrivals]
-        steps += [-1] * (len(InputSteps._fields) - len(steps))
-        numbers = (sample.dt, *steps, replaced, *self._flat_internals(internals))
-        yield self._internals_out, self._pack_internals(numbers, sample.step, sample.step, sample.stamp_ns)
-
-    def comes_late(self, step: int) -> bool:
-        """Return whether to compute from ``step`` on: as a shadow."""
-        return self.shadow or super().comes_late(step)
-
-    def leaves_out(self, step: int) -> bool:
-        """Return whether not to answer a step: no node waits for a shadow, so its inputs may be lost."""
-        return self.shadow and any(taken.is_lost(step) for taken in self.inputs)
-
-    def _on_parameters(self, resolved: Resolved, changes: dict[str, Value]) -> None:
-        self.law = resolved.law
-        super()._on_parameters(resolved, changes)
-
-    def _values_of(self, sample: Sample, arrivals: list[Stamped | None]) -> tuple[list[Any] | None, int]:
-        """Return the law's inputs other than the state, None if one is too old and has no replacement.
-
-        The second result has bit k set if a safe value replaces input k.
-        """
-        values, replaced = [], 0
-        for place, (taken, arrival) in enumerate(zip(self.inputs, arrivals, strict=True)):
-            value = arrival.value if arrival else SIGNALS[taken.topic].kind()
-            age = time.monotonic() - taken.heard if arrival else 0.0
-            if not self.lockstep and not taken.lag and age > self.resolved.node.input_timeout:
-                text = f"{taken.topic}: {age * 1e3:.0f} ms old; safe output"
-                self.event(FlightEvent.WARNING, "stale_input", text)
-                value = safe_input(taken.topic, value, self.vehicle, sample.state)
-                replaced |= 1 << place
-                if value is None:
-                    return None, replaced
-            values.append(value)
-        return values, replaced
-
-    def on_flight_ended(self, message: FlightState) -> None:
-        """Leave, a shadow a little later."""
-        self._ended = self._ended or (message, time.monotonic())
-        self.on_tick()
-
-    def on_tick(self) -> None:
-        """Leave after the end; a shadow in lockstep first answers what is due, because no node waited for it."""
-        if self._ended is not None:
-            message, since = self._ended
-            due = message.step // self.period_steps * self.period_steps if self.shadow and self.lockstep else 0
-            if self.current_step >= due or time.monotonic() - since > _CATCH_UP:
-                super().on_flight_ended(message)
+        if self._pending and not self._lockstep:
+            self.answer(is_due=True)

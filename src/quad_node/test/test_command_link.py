@@ -1,8 +1,8 @@
 """What a vehicle interface receives of a commander, and without one of the trajectory and the position controller."""
 
 import os
-from collections import Counter
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 from rclpy.serialization import serialize_message
@@ -13,6 +13,7 @@ from quad_core.flight_parameters import FlightParameters
 from quad_msgs.msg import AttitudeThrust, FlightMode, FlightRequest, TrajectoryPoint
 from quad_node import starter as starter_module
 from quad_node.command_link import CommandLink, InputWatch
+from quad_node.event_log import EventLog
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import run_number
 from quad_node.starter import STARTER, Starter
@@ -24,12 +25,14 @@ NO_PROCESS = 2**22 + 1  # Linux gives no process such a number
 class Owner:
     """Stands in for the node of a vehicle interface; its topics are functions."""
 
-    unusable, reject, is_foreign = FlightNode.unusable, FlightNode.reject, FlightNode.is_foreign
+    is_foreign = FlightNode.is_foreign
 
     def __init__(self, lockstep=False, commanded=False, roles=tuple(ROLES)):
         self.flight, self.role, self.run = FlightParameters(run_id=RUN), "simulator", run_number(RUN)
         self.lockstep, self.commanded, self.roles, self.slept = lockstep, commanded, roles, 0.0
-        self.counters, self.told, self.sent, self.callbacks, self.progressed = Counter(), [], [], {}, 0
+        self.told, self.sent, self.callbacks, self.progressed, self.links = [], [], {}, 0, self
+        self.events = EventLog("/x", Mock(), SimpleNamespace(publish=lambda event: self.told.append(event.kind)))
+        self.starter = Starter()
 
     def publisher(self, topic):
         assert topic == "flight/request"
@@ -37,9 +40,6 @@ class Owner:
 
     def subscribe(self, topic, callback, raw):
         self.callbacks[topic] = callback
-
-    def event(self, severity, kind, text, stamp_ns=0):
-        self.told.append(kind)
 
     def progress(self):
         self.progressed += 1
@@ -63,7 +63,7 @@ def owner():
 
 @pytest.fixture
 def link(owner):
-    return CommandLink(owner, owner.progress, Starter())
+    return CommandLink(owner, owner.progress)
 
 
 @pytest.fixture
@@ -127,7 +127,7 @@ def test_a_starter_that_is_gone_ends_the_flight(owner, monkeypatch, is_direct):
     starter = os.getpid()
     monkeypatch.setenv(STARTER, str(starter))
     monkeypatch.setattr(starter_module.os, "getppid", lambda: starter if is_direct else 4711)  # a script between
-    link = CommandLink(owner, list, gone := Starter())
+    link, owner.starter = CommandLink(owner, list), (gone := Starter())
     link.pass_on("")
     assert owner.sent == []
     if is_direct:

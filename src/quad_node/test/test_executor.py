@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from functools import partial
+from types import SimpleNamespace
 
 import pytest
 import rclpy
@@ -60,36 +61,23 @@ def test_the_first_signal_may_be_asked_to_wait_but_not_one_that_comes_later(sign
 SAID = []
 
 
-class Opened(FlightNode):
-    """A node that opens a file while it is made, and is interrupted then."""
-
-    def __init__(self):
-        super().__init__("position_controller")
-        os.kill(os.getpid(), signal.SIGINT)
-
-    def on_interrupt(self, name):
-        SAID.append(name)
-
-    def drain(self, patience):
-        SAID.append("drained")
-
-    def close(self):
-        SAID.append("closed")
+def opened():
+    """Return a node that opens a file while it is made, and is interrupted then."""
+    node = FlightNode("position_controller", shut_down=lambda: SAID.append("closed"))
+    node.interrupt, node.drain = SAID.append, lambda patience: SAID.append("drained")
+    os.kill(os.getpid(), signal.SIGINT)
+    return SimpleNamespace(node=node)
 
 
-class Slow(Opened):
-    """The first of these ends at once, but its last messages arrive after the others' deadline."""
-
-    def on_interrupt(self, name):
-        super().on_interrupt(name)
-        self.finish(0, "")
-
-    def drain(self, patience):
-        time.sleep(0.3)
-        super().drain(patience)
+def slow():
+    """Return such a node: the first ends at once, but its last messages arrive after the others' deadline."""
+    made = opened()
+    made.node.interrupt = lambda name: (SAID.append(name), made.node.finish(0, ""))
+    made.node.drain = lambda patience: (time.sleep(0.3), SAID.append("drained"))
+    return made
 
 
-@pytest.mark.parametrize(("kind", "count"), [(Opened, 1), (Opened, 2), (Slow, 2)])
+@pytest.mark.parametrize(("kind", "count"), [(opened, 1), (opened, 2), (slow, 2)])
 def test_a_signal_while_the_nodes_are_made_still_closes_what_they_opened(monkeypatch, signals, thawed, kind, count):
     monkeypatch.setattr(main, "_AMONG_THEMSELVES", 0.2)
     SAID.clear()
@@ -97,19 +85,15 @@ def test_a_signal_while_the_nodes_are_made_still_closes_what_they_opened(monkeyp
     assert ["SIGINT", *["drained", "closed"] * count] == SAID
 
 
-class Ticking(FlightNode):
-    """A node that does ``act`` 20 times a second; it notes the signal that ends it."""
-
-    def __init__(self, act):
-        super().__init__("position_controller")
-        self.on_tick = act
-
-    def on_interrupt(self, name):
-        SAID.append((name, rclpy.ok()))
-
-
 def ticking(act):
-    return main.run_all("position_controller", [lambda: Ticking(act)], ["position_controller"])
+    """Run a node that does ``act`` 20 times a second; it notes the signal that ends it."""
+
+    def make():
+        node = FlightNode("position_controller", watch=act)
+        node.interrupt = lambda name: SAID.append((name, rclpy.ok()))
+        return SimpleNamespace(node=node)
+
+    return main.run_all("position_controller", [make], ["position_controller"])
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
@@ -139,6 +123,7 @@ def test_nodes_in_one_process_name_the_file_of_a_bad_value(signals, thawed, tmp_
 ALL_THREADS = """
 import os, threading
 from pathlib import Path
+from types import SimpleNamespace
 from quad_node.executor import settle
 waiting = threading.Event()
 threading.Thread(target=waiting.wait, daemon=True).start()

@@ -19,7 +19,7 @@ def test_in_lockstep_a_flood_of_foreign_messages_displaces_no_message_that_waits
     ours, foreign = Node("ours"), Node("foreign")
     try:
         steps = []
-        node.subscribe("actuation", lambda message: steps.append(message.step))
+        node.links.subscribe("actuation", lambda message: steps.append(message.step))
         publishers = [each.create_publisher(Actuation, "actuation", stream(10)) for each in (ours, foreign)]
         executor_ = SingleThreadedExecutor()
         for each in (node.ros, ours, foreign):
@@ -45,13 +45,13 @@ def test_a_second_sender_of_the_modes_that_the_nodes_follow_is_named(start_node)
     node = start_node(lambda: FlightNode("trajectory"), f"flight.roles:={roles}")
     ours, foreign = Node("ours"), Node("foreign")
     try:
-        node.subscribe("flight/mode", lambda _: None)
+        node.links.subscribe("flight/mode", lambda _: None)
         publishers = [each.create_publisher(FlightMode, "flight/mode/steps", stream()) for each in (ours, foreign)]
         deadline = time.monotonic() + 10.0
         while not all(each.get_subscription_count() for each in publishers) and time.monotonic() < deadline:
             time.sleep(0.02)
         expected = "one publisher of flight/mode/steps, there are 2: /foreign, /ours"
-        while expected not in (found := node.missing_links()) and time.monotonic() < deadline:
+        while expected not in (found := node.missing()) and time.monotonic() < deadline:
             time.sleep(0.05)
         assert expected in found
         assert "flight/mode/steps of commander" not in found
@@ -63,29 +63,29 @@ def test_a_second_sender_of_the_modes_that_the_nodes_follow_is_named(start_node)
 def test_a_node_that_stood_still_first_reads_what_came_meanwhile(start_node):
     node = start_node(lambda: FlightNode("position_controller"))
     node.flying, node.last_heard, node._ticked_at = True, node.last_heard - 30.0, node._ticked_at - 30.0
-    node._housekeeping()
+    node._tick()
     assert not node.done.done()
-    node._housekeeping()
-    assert (node.done.done(), node.counters["simulator_lost"]) == (True, 1)
+    node._tick()
+    assert (node.done.done(), node.events.counts["simulator_lost"]) == (True, 1)
 
 
 def test_a_node_that_waits_for_its_last_messages_waits_for_no_flight(start_node):
     node = start_node(lambda: FlightNode("recorder"))
     node.over, node.last_heard = True, node.last_heard - 100.0
-    node._housekeeping()
-    assert (node.done.done(), node.counters["start_timeout"]) == (False, 0)
+    node._tick()
+    assert (node.done.done(), node.events.counts["start_timeout"]) == (False, 0)
     node.over = False
-    node._housekeeping()
-    assert (node.done.done(), node.counters["start_timeout"]) == (True, 1)
+    node._tick()
+    assert (node.done.done(), node.events.counts["start_timeout"]) == (True, 1)
 
 
 def test_a_node_whose_starter_and_vehicle_are_gone_waits_for_no_flight(start_node):
     node = start_node(lambda: FlightNode("recorder"))
     node.starter.pid = 2**22 + 1  # Linux gives no process such a number
-    node._housekeeping()
+    node._tick()
     assert not node.done.done()
     node.last_heard -= 3.0
-    node._housekeeping()
+    node._tick()
     assert (node.done.done(), node.exit_code) == (True, 1)
 
 

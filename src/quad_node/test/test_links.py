@@ -35,9 +35,7 @@ def test_other_qos_is_named_by_topic_and_policy():
     events = []
     found = qos_events(lambda *event: events.append(event), "state")
     found.incompatible_qos(SimpleNamespace(last_policy_kind=QoSPolicyKind.RELIABILITY))
-    assert [event[1:] for event in events] == [
-        ("other_qos", "state: a publisher of other reliability; nothing of it is received")
-    ]
+    assert events == [("other_qos", "state: a publisher of other reliability; nothing of it is received")]
 
 
 def test_a_writer_that_the_graph_shows_is_missing_until_the_reader_has_matched_it():

@@ -71,7 +71,8 @@ def relay(monkeypatch, start_node):
     made._state_out = SimpleNamespace(
         publish=lambda payload: made.sent.append(deserialize_message(payload, VehicleState))
     )
-    monkeypatch.setattr(made, "event", lambda severity, kind, text, *_, **__: made.said.append((kind, text)))
+    for name in ("info", "warn", "error"):
+        monkeypatch.setattr(made.node.events, name, lambda kind, text, *_, **__: made.said.append((kind, text)))
     return made
 
 
@@ -85,16 +86,17 @@ def message_at(ns, frame="map", child="base_link", q=(0.0, 0.0, 0.0, 1.0)):
 
 def test_before_the_flight_nothing_is_sent_and_in_it_steps_on_the_grid(relay):
     for ns in (0, 0, 0):
-        relay._on_message(message_at(ns))
+        relay.step(message_at(ns))
     assert relay.sent == []
-    relay._on_flight_state(BEGUN)
+    relay.node._on_flight_state(BEGUN)
+    relay._watch()
     for ns in (0, 2_000_700, 4_000_001, 2_000_700):
-        relay._on_message(message_at(ns))
+        relay.step(message_at(ns))
     assert [state.step for state in relay.sent] == [0, 1, 2], "one state for each step"
     assert [state.stamp.nanosec for state in relay.sent] == [0, 2_000_000, 4_000_000]
     # it stands where it was first seen
     assert all(state.on_ground and state.ground_z == -2.0 for state in relay.sent)
-    assert relay.measurements()["swapped_samples"] == 1
+    assert relay._measured()["swapped_samples"] == 1
 
 
 @pytest.mark.parametrize(
@@ -106,101 +108,102 @@ def test_before_the_flight_nothing_is_sent_and_in_it_steps_on_the_grid(relay):
     ],
 )
 def test_what_cannot_be_used_is_named_and_after_five_seconds_the_end(relay, changes, why):
-    relay._on_message(message_at(0, **changes))
+    relay.step(message_at(0, **changes))
     assert relay.said == [("rejected_odometry", f"{why}; message ignored")]
-    assert not relay.done.done()
+    assert not relay.node.done.done()
     relay._first_at -= 6.0
-    relay.on_tick()
+    relay._watch()
     assert relay.said[-1] == ("estimator_refused", why)
-    assert relay.done.done()
-    assert relay.exit_code == 1
+    assert relay.node.done.done()
+    assert relay.node.exit_code == 1
 
 
 def test_a_pose_from_which_no_flyable_state_comes_is_counted(relay):
     """Two poses 2 us apart in the steps 1 and 2: the slope between them is 5 km/s."""
-    relay.flying = True
+    relay.node.flying = True
     for ns, x in ((2_999_999, 0.0), (3_000_001, 0.01)):
         pose = PoseStamped()
         pose.header.frame_id, pose.header.stamp.nanosec, pose.pose.position.x = "map", ns, x
-        relay._on_message(pose)
+        relay.step(pose)
     assert [state.step for state in relay.sent] == [1]
-    assert relay.counters["rejected"] == 1
+    assert relay.node.events.counts["rejected"] == 1
     assert relay.said == [("rejected_odometry", "est/odom: its state is out of range; message ignored")]
 
 
 def test_an_estimator_that_is_late_in_flight_is_named(relay):
-    relay._on_message(message_at(0))
-    relay._on_flight_state(BEGUN)
-    relay._on_message(message_at(2_000_000))
+    relay.step(message_at(0))
+    relay.node._on_flight_state(BEGUN)
+    relay._watch()
+    relay.step(message_at(2_000_000))
     assert relay.said == []
     relay._accepted_at -= 0.088
-    relay._on_message(message_at(90_000_000))
+    relay.step(message_at(90_000_000))
     kind, text = relay.said[-1]
     assert kind == "estimator_late"
     assert 88 <= int(re.fullmatch(r"est/odom: nothing for (\d+) ms", text)[1]) < 200
 
 
 def test_an_estimator_that_falls_silent_in_flight_is_named(relay):
-    relay._on_message(message_at(0))
-    relay.flying = True
-    relay._on_message(message_at(0))
-    relay._on_message(message_at(2_000_000))
-    relay.on_tick()
-    assert not relay.done.done()
-    relay._accepted_at, relay.slept = relay._accepted_at - 0.3, 0.3
-    relay.on_tick()
-    assert not relay.done.done()  # it stood still itself: what the estimator sent is still to be read
-    relay.slept = 0.0
-    relay.on_tick()
+    relay.step(message_at(0))
+    relay.node.flying = True
+    relay.step(message_at(0))
+    relay.step(message_at(2_000_000))
+    relay._watch()
+    assert not relay.node.done.done()
+    relay._accepted_at, relay.node.slept = relay._accepted_at - 0.3, 0.3
+    relay._watch()
+    assert not relay.node.done.done()  # it stood still itself: what the estimator sent is still to be read
+    relay.node.slept = 0.0
+    relay._watch()
     assert relay.said[-1] == ("estimator_silent", "est/odom: silent since 0.002 s")
-    assert relay.exit_code == 1
+    assert relay.node.exit_code == 1
 
 
 @pytest.mark.parametrize("lockstep", [True, False])
 def test_an_estimator_that_repeats_its_last_pose_is_named(relay, lockstep):
     relay.estimator = Estimator("est/odom", 2_000_000, False, lockstep, 0.0)
-    relay.lockstep = relay.flying = lockstep
-    relay.flying = True
+    relay.node.lockstep = lockstep
+    relay.node.flying = True
     for k in range(200):
         message = message_at(min(k, 20) * 2_000_000)
         message.header.stamp.nanosec = k * 2_000_000
-        relay._on_message(message)
+        relay.step(message)
     relay._accepted_at -= 0.3
-    relay.on_tick()
+    relay._watch()
     assert relay.said[0] == ("estimator_silent", "est/odom: the same pose since 0.040 s")
-    assert relay.exit_code == 1
+    assert relay.node.exit_code == 1
     assert [state.step for state in relay.sent] == list(range(146 if lockstep else 21))
 
 
 def test_a_type_that_is_not_taken_is_named_and_after_five_seconds_the_end(relay, monkeypatch):
     kind = SimpleNamespace(topic_type="geometry_msgs/msg/PoseWithCovarianceStamped")
-    monkeypatch.setattr(relay.ros, "get_publishers_info_by_topic", lambda _: [kind])
+    monkeypatch.setattr(relay.node.ros, "get_publishers_info_by_topic", lambda _: [kind])
     details = []
-    monkeypatch.setattr(relay, "publish_status", details.append)
+    monkeypatch.setattr(relay.node, "publish_status", details.append)
     why = "est/odom: found geometry_msgs/msg/PoseWithCovarianceStamped, expected nav_msgs/msg/Odometry or "
     why += "geometry_msgs/msg/PoseStamped"
-    assert relay.missing_links()[-1] == relay.missing_links()[-1] == why
+    assert relay.node.missing()[-1] == relay.node.missing()[-1] == why
     assert details == [why], "shown once while the flight waits"
     relay._first_at -= 6.0
-    relay.on_tick()
+    relay._watch()
     assert relay.said == [("estimator_refused", why)]
 
 
 def test_a_second_estimator_on_the_topic_is_named(relay, monkeypatch):
-    relay._on_message(message_at(0))
+    relay.step(message_at(0))
     assert "upright" not in relay._unusable()
     info = SimpleNamespace(node_namespace="/", node_name="mocap")
-    monkeypatch.setattr(relay.ros, "count_publishers", lambda _: 2)
-    monkeypatch.setattr(relay.ros, "get_publishers_info_by_topic", lambda _: [info, info])
+    monkeypatch.setattr(relay.node.ros, "count_publishers", lambda _: 2)
+    monkeypatch.setattr(relay.node.ros, "get_publishers_info_by_topic", lambda _: [info, info])
     assert relay._unusable() == "one publisher of est/odom, there are 2: /mocap (2 times)"
 
 
 def test_a_wrong_pose_is_told_by_the_actuation_and_ends_the_relay(relay):
     """Turned by half a turn about the vertical, the vehicle leans to one side and goes to the other."""
-    relay.flying, lean = True, Rotation.from_euler("y", 20.0, degrees=True).as_quat()
-    pack = packer(Actuation, ActuationMsg, relay.run)
-    thrust = relay.vehicle.mass * relay.vehicle.gravity / math.cos(math.radians(20.0))
-    push = relay.vehicle.gravity * math.tan(math.radians(20.0))
+    relay.node.flying, lean = True, Rotation.from_euler("y", 20.0, degrees=True).as_quat()
+    pack = packer(Actuation, ActuationMsg, relay.node.run)
+    thrust = relay.node.vehicle.mass * relay.node.vehicle.gravity / math.cos(math.radians(20.0))
+    push = relay.node.vehicle.gravity * math.tan(math.radians(20.0))
     for k in range(600):
         time = 0.002 * k
         relay._on_actuation(pack(Actuation(thrust=thrust), k, k + 1, 2_000_000 * k))
@@ -210,19 +213,20 @@ def test_a_wrong_pose_is_told_by_the_actuation_and_ends_the_relay(relay):
         pose.pose.position.x = -0.5 * push * time * time
         orientation = pose.pose.orientation
         orientation.x, orientation.y, orientation.z, orientation.w = map(float, lean)
-        relay._on_message(pose)
-        if relay.done.done():
+        relay.step(pose)
+        if relay.node.done.done():
             break
     kind, text = relay.said[-1]
     assert kind == "wrong_pose"
     assert "a heading that is off by 180 deg" in text.replace("-180", "180")
-    assert relay.exit_code == 1
+    assert relay.node.exit_code == 1
     assert relay.sent[-1].step < 500
 
 
 def test_an_estimator_whose_z_points_down_ends_at_lift_off(relay):
-    relay._on_message(message_at(0))
-    relay._on_flight_state(BEGUN)
+    relay.step(message_at(0))
+    relay.node._on_flight_state(BEGUN)
+    relay._watch()
     for step in range(1, 100):
         message = odometry((0.0, 0.0, 0.0, 1.0), (0.0, 0.0, -1.0))
         message.pose.pose.position.z -= 0.002 * step
@@ -231,12 +235,12 @@ def test_an_estimator_whose_z_points_down_ends_at_lift_off(relay):
             "map",
             "base_link",
         )
-        relay._on_message(message)
+        relay.step(message)
     assert (
         "estimator_sinks",
         "est/odom: sinks at lift-off, found -1.0 m/s: expected a z axis that points up",
     ) in relay.said
-    assert relay.exit_code == 1
+    assert relay.node.exit_code == 1
     assert len(relay.sent) < 60
 
 

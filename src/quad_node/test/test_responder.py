@@ -1,6 +1,7 @@
 """Which states a node answers: those whose inputs are there, once, and no foreign message changes that."""
 
 import math
+import time
 import zlib
 from functools import partial
 from types import SimpleNamespace
@@ -10,28 +11,25 @@ from rclpy.serialization import serialize_message
 
 from quad_core.types import TrajectoryPoint
 from quad_msgs import msg
-from quad_msgs.msg import NodeStatus
 from quad_node.conversion import set_stamp
+from quad_node.flight_node import FlightNode
 from quad_node.responder import Responder
 
 FLYING = msg.FlightState.FLYING
 PERIOD = 2_000_000
 
 
-class Echo(Responder):
+class Echo:
     """Notes each sample; its answer is the number of samples so far."""
 
-    def __init__(self):
-        self.callbacks = {}
-        super().__init__("position_controller")
+    def __init__(self, callbacks):
+        self.callbacks, self.node = callbacks, FlightNode("position_controller")
+        self.responder, self.counts = Responder(self.node, self.step), self.node.events.counts
         self.sent, self.samples = [], []
-        self.take("reference")
-        self.take("actuation", lag=1)
+        self.responder.take("reference")
+        self.responder.take("actuation", lag=1)
 
-    def subscribe(self, topic, callback, depth=10, raw=False):
-        self.callbacks[topic] = callback
-
-    def answer(self, sample, arrivals):
+    def step(self, sample, arrivals):
         self.samples.append((sample, [arrival.value if arrival else None for arrival in arrivals]))
         return [(SimpleNamespace(publish=self.sent.append), len(self.samples))]
 
@@ -54,9 +52,9 @@ class Echo(Responder):
 
 
 @pytest.fixture
-def make(start_node):
+def make(start_node, callbacks):
     """Return a function that makes the node with the given ROS parameters."""
-    return partial(start_node, Echo)
+    return partial(start_node, lambda: Echo(callbacks))
 
 
 def test_a_step_waits_for_its_reference_and_the_actuation_before_it(make):
@@ -116,7 +114,7 @@ def test_an_input_that_is_not_finite_or_absurd_is_counted_and_not_used(make, bad
     node = make("period_steps:=1", f"flight.mode:={mode}")
     node.state(0)
     node.reference(0, 1, x=bad)
-    assert (node.steps(), node.counters["rejected"]) == ([], 1)
+    assert (node.steps(), node.counts["rejected"]) == ([], 1)
     node.reference(0, 1, x=3.0)
     assert [values[0].p_w.x for _, values in node.samples] == [3.0]
 
@@ -128,7 +126,7 @@ def test_a_state_that_cannot_be_flown_is_counted_and_not_answered(make, bad):
     node.state(0)
     node.state(1, x=bad)
     assert node.steps() == [0]
-    assert node.counters["rejected"] == 1
+    assert node.counts["rejected"] == 1
     node.state(2)
     node.actuation(1)
     assert node.steps() == [0, 2]
@@ -166,7 +164,7 @@ def test_in_real_time_the_law_gets_the_time_that_passed_and_odd_ones_are_counted
     node.state(0, stamp=PERIOD)
     node.state(1, stamp=PERIOD + gap)
     assert [sample.dt for sample, _ in node.samples] == [0.002, dt]
-    assert node.counters["dt_odd"] == odd
+    assert node.counts["dt_odd"] == odd
 
 
 def begun(node, wall_time, state=FLYING):
@@ -181,12 +179,11 @@ def test_in_lockstep_a_node_that_comes_into_a_flight_is_silent(make):
     for step in (7, 7, 8, 9, 10):
         node.state(step)
     assert node.steps() == []
-    assert node.counters["came_late"] == 1
+    assert node.counts["came_late"] == 1
 
 
-def test_a_node_that_may_take_part_all_the_same_begins_at_a_multiple_of_its_period(make):
-    node = make()
-    node.comes_late = lambda step: step == 10
+def test_a_shadow_takes_part_in_a_flight_under_way_from_a_multiple_of_its_period_on(make):
+    node = make(name="shadow_position_controller")
     node.reference(0, 100)
     for step in range(7, 17):
         node.actuation(step - 1)
@@ -201,7 +198,7 @@ def test_in_real_time_nothing_is_answered_before_it_is_known_how_old_the_flight_
     node.state(50)
     begun(node, 0.0, msg.FlightState.WAITING)
     node.state(51)
-    node.set_status(NodeStatus.READY, "ready")
+    node.node.ready_at = time.monotonic()
     begun(node, wall_time)
     for step in (52, 53):
         node.state(step)
@@ -213,7 +210,7 @@ def test_after_one_absurd_step_that_is_rejected_the_next_one_is_answered(make):
     node.reference(0, 10)
     node.state(0)
     node.state(2**62, stamp=PERIOD)
-    assert node.counters["rejected"] == 1
+    assert node.counts["rejected"] == 1
     node.state(1)
     assert node.steps() == [0, 1]
 
@@ -235,11 +232,11 @@ OURS, THEIRS = zlib.crc32(b"ours"), zlib.crc32(b"theirs")
 @pytest.mark.parametrize("run", [THEIRS, 0])
 def test_states_and_inputs_of_another_run_or_of_none_are_as_if_they_had_not_come(make, clock, run):
     node = make("period_steps:=1", "flight.run_id:=ours", f"flight.mode:={clock}")
-    before = node.state_heard
+    before = node.responder.state_heard
     node.state(7, run=run)
     node.reference(0, 1, x=10.0, run=run)
-    assert (node.flying, node.state_heard, node.steps()) == (False, before, [])
-    assert node.counters["foreign_run"] == 2
+    assert (node.node.flying, node.responder.state_heard, node.steps()) == (False, before, [])
+    assert node.counts["foreign_run"] == 2
     node.reference(0, 1, x=20.0, run=OURS)
     node.state(0, run=OURS)
     node.reference(0, 1, x=30.0, run=run)
@@ -264,7 +261,7 @@ def test_a_state_with_the_stamp_of_another_time_is_refused(make, mode):
     node = make("period_steps:=1", f"flight.mode:={mode}")
     node.reference(0, 1)
     node.state(0, stamp=(2**31 - 1) * 10**9)  # a trajectory could not say when its plan ends
-    assert (node.counters["rejected"], node.counters["rejected_stamp"]) == (1, 1)
+    assert (node.counts["rejected"], node.counts["rejected_stamp"]) == (1, 1)
     node.state(0)
     assert [(sample.step, sample.stamp_ns) for sample, _ in node.samples] == [(0, 0)]
 
@@ -314,7 +311,7 @@ def test_foreign_inputs_of_the_same_run_displace_none_that_a_step_in_lockstep_ne
     node.state(0)
     assert node.samples[0][1][0].p_w.x == 1.0
     node.reference(10**6, 2**64 - 1, x=9.0)
-    assert node.counters["rejected_future"] == 1
+    assert node.counts["rejected_future"] == 1
 
 
 @pytest.mark.parametrize(("mode", "x"), [("lockstep", 1.0), ("realtime", 2.0)])

@@ -1,6 +1,7 @@
 """The guard in a vehicle owner: what it publishes and reports, and how often."""
 
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 
@@ -11,7 +12,8 @@ from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_guard.checks import StateSample, WrenchCommand
 from quad_msgs.msg import GuardStatus
-from quad_node.vehicle_node import VehicleGuard
+from quad_node.event_log import EventLog
+from quad_node.vehicle_guard import VehicleGuard
 
 pytestmark = pytest.mark.unit
 
@@ -24,16 +26,13 @@ class Node(SimpleNamespace):
     """Keeps what it is asked to publish and to report."""
 
     def __init__(self):
-        super().__init__(vehicle=Vehicle(), flight=FlightParameters(), run=5, counters={})
-        self.counters["guard_refused"] = 0
-        self.said, self.events = [], []
+        super().__init__(vehicle=Vehicle(), flight=FlightParameters(), run=5, links=self)
+        self.said, self.told = [], []
+        self.events = EventLog("/x", Mock(), SimpleNamespace(publish=self.told.append))
 
     def publisher(self, topic, match):
         assert (topic, match) == ("flight/guard", False)
         return SimpleNamespace(publish=self.said.append)
-
-    def event(self, severity, kind, text, stamp_ns, always=False):
-        self.events.append((kind, text))
 
 
 def made(commander=0, **changes):
@@ -48,7 +47,7 @@ def step(ours, k, wrench=HOVER, arrived=True, request=GuardRequest.NONE):
 
 
 def kinds(node):
-    return [kind for kind, _ in node.events]
+    return [event.kind for event in node.told]
 
 
 def test_a_good_wrench_passes_and_the_status_comes_ten_times_a_second():
@@ -56,7 +55,7 @@ def test_a_good_wrench_passes_and_the_status_comes_ten_times_a_second():
     for k in range(501):
         assert step(ours, k) == HOVER
     assert [(message.step, message.mode) for message in node.said] == [(k, GuardStatus.PASS) for k in range(0, 501, 50)]
-    assert node.events == []
+    assert node.told == []
     assert (ours.taken_over, ours.describe()) == (False, "")
 
 
@@ -89,12 +88,12 @@ def test_the_same_refusal_is_reported_once_a_second_and_always_counted():
     for k in range(1, 401):
         ours.refused(k, CommandRefusal.NOT_NEWER if k % 2 else CommandRefusal.THRUST)
         step(ours, k)
-    texts = [text for _, text in node.events]
+    texts = [event.text for event in node.told]
     assert texts == [
         "step 1: wrench_setpoint: not newer than the last; dropped",
         "step 2: wrench_setpoint: thrust beyond the vehicle's limits; dropped",
     ]
-    assert node.counters["guard_refused"] == 398
+    assert node.events.counts["guard_refused"] == 400
     assert [message.refused_commands for message in node.said] == [message.step for message in node.said]
     assert node.said[-1].mode == GuardStatus.PASS
 
@@ -125,7 +124,7 @@ def test_a_guard_that_rests_after_a_landing_hands_nothing_back():
     node, ours = made()
     step(ours, 0, request=GuardRequest.DESCEND)
     ours.rest(1)
-    assert [text for _, text in node.events[1:]] == ["step 1: the guard rests"]
+    assert [event.text for event in node.told[1:]] == ["step 1: the guard rests"]
 
 
 def test_a_descent_names_the_node_for_which_the_flight_was_given_up():
@@ -133,8 +132,8 @@ def test_a_descent_names_the_node_for_which_the_flight_was_given_up():
     step(ours, 0)
     ours.asked_because = "attitude_controller does not answer"
     step(ours, 1, request=GuardRequest.DESCEND)
-    ((_, text),) = node.events
-    assert text.startswith("step 1: attitude_controller does not answer (wrench ")
+    (event,) = node.told
+    assert event.text.startswith("step 1: attitude_controller does not answer (wrench ")
 
 
 def test_a_guard_that_is_off_looks_at_nothing():

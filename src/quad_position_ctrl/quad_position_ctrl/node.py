@@ -12,9 +12,9 @@ from quad_core.cascade import POSITION
 from quad_core.cycle import Behind, behind_check, followed, limits_met
 from quad_core.geometry import norm
 from quad_core.types import PositionInternals
-from quad_msgs.msg import FlightEvent
+from quad_node.law_node import LawNode
 from quad_node.main import run
-from quad_node.responder import LawNode, Sample
+from quad_node.responder import Sample
 
 
 def reach_check(node: LawNode) -> Callable[[PositionInternals, Sample], None]:
@@ -24,14 +24,14 @@ def reach_check(node: LawNode) -> Callable[[PositionInternals, Sample], None]:
     def check(internals: PositionInternals, sample: Sample) -> None:
         nonlocal behind
         before, behind = behind, followed(behind, distance_behind(internals), sample.stamp_ns)
-        if behind.infeasible_ns == before.infeasible_ns or node.shadow:
+        if behind.infeasible_ns == before.infeasible_ns or node.node.shadow:
             return
         error, stuck = norm(internals.position_error), (sample.stamp_ns - before.nearer_ns) / 1e9
         text = (
             f"{error:.2f} m from the reference and no nearer for {stuck:.1f} s, "
             f"at the {limits_met(internals)} limit of {node.law.name}"
         )
-        node.event(FlightEvent.WARNING, "infeasible_reference", text)
+        node.node.events.warn("infeasible_reference", text)
 
     return check
 

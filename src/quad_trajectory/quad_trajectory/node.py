@@ -18,17 +18,18 @@ from typing import Any
 
 from rclpy.publisher import Publisher
 
-from quad_core.cascade import COMMANDER, TRAJECTORY
+from quad_core.cascade import TRAJECTORY
 from quad_core.cycle import seconds, steps_to_cover
 from quad_core.enumerations import ON_GROUND, Mode
 from quad_core.geometry import euler_from_quaternion, norm, quaternion_from_euler
 from quad_core.parameters import Choice, fields
 from quad_core.records import finite_check
 from quad_core.types import NOT_BEGUN, TrajectoryPoint, Vec3, VehicleState
-from quad_msgs.msg import FlightEvent, FlightPlan
+from quad_msgs.msg import FlightPlan
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
 from quad_node.codec import Stamped, packer
 from quad_node.conversion import set_stamp
+from quad_node.flight_node import FlightNode
 from quad_node.main import run
 from quad_node.responder import Responder, Sample
 
@@ -36,25 +37,26 @@ _SAMPLES = 400  # instants at which a plan is looked at before the flight
 _is_finite = finite_check(TrajectoryPoint)
 
 
-class Trajectory(Responder):
+class Trajectory:
     """Samples one trajectory plug-in."""
 
     def __init__(self) -> None:
         """Load the trajectory named by the parameters; raises as FlightNode."""
-        super().__init__(TRAJECTORY)
-        self._plugin = self.resolved.plugins["trajectory"]
+        self.node = node = FlightNode(TRAJECTORY)
+        self.responder = Responder(node, self.step)
+        self._plugin = node.resolved.plugins["trajectory"]
         self._plan: Any = None
         self._first_stamp = self._last_stamp = self._length = 0
-        self._commanded = COMMANDER in self.roles
+        self._commanded = node.commanded
         self._begun = not self._commanded
         if self._commanded:
-            self.take("flight/mode", lag=1)
-            self.take("reference", lag=1)
-        self._plan_out = self.publisher("flight/plan")
-        self._reference_out = self.publisher("mission/reference" if self._commanded else "reference")
-        self._pack = packer(TrajectoryPoint, TrajectoryPointMsg, self.run)
+            self.responder.take("flight/mode", lag=1)
+            self.responder.take("reference", lag=1)
+        self._plan_out = node.links.publisher("flight/plan")
+        self._reference_out = node.links.publisher("mission/reference" if self._commanded else "reference")
+        self._pack = packer(TrajectoryPoint, TrajectoryPointMsg, node.run)
 
-    def answer(self, sample: Sample, arrivals: list[Stamped | None]) -> Iterator[tuple[Publisher, Any]]:
+    def step(self, sample: Sample, arrivals: list[Stamped | None]) -> Iterator[tuple[Publisher, Any]]:
         """Give the reference of one step, and whenever it begins the plan."""
         reference, flies = None, True
         if self._commanded:
@@ -66,18 +68,18 @@ class Trajectory(Responder):
                 plan = self._make_plan(sample, _as_state(reference) if reference else sample.state)
             except ValueError as error:  # a plug-in's plan() refuses what it cannot fly within its limits
                 text = f"{self._plugin.name}: no plan from this start: {error}"
-                self.event(FlightEvent.ERROR, "plan_refused", text, sample.stamp_ns)
-                self.finish(1, text)
+                self.node.events.error("plan_refused", text, sample.stamp_ns)
+                self.node.finish(1, text)
                 return
             yield self._plan_out, plan
-        next_step = sample.step + self.period_steps
+        next_step = sample.step + self.node.period_steps
         if flies and (not self._commanded or self._is_left(sample)):
             time = seconds(sample.stamp_ns - self._first_stamp, 1)
             point = self._plugin.module.sample(self._plugin.parameters, self._plan, time)
             if not _is_finite(point):
                 text = f"{self._plugin.name}: non-finite reference at step {sample.step}"
-                self.event(FlightEvent.ERROR, "reference_nonfinite", text, sample.stamp_ns)
-                self.finish(1, text)
+                self.node.events.error("reference_nonfinite", text, sample.stamp_ns)
+                self.node.finish(1, text)
                 return
         else:
             point = (reference or _standing(sample.state))._replace(trajectory_time=NOT_BEGUN)
@@ -98,25 +100,26 @@ class Trajectory(Responder):
 
     def _make_plan(self, sample: Sample, start: VehicleState) -> FlightPlan:
         module, parameters = self._plugin.module, self._plugin.parameters
-        self._plan = module.plan(parameters, self.vehicle, start)
+        self._plan = module.plan(parameters, self.node.vehicle, start)
         self._first_stamp = sample.stamp_ns
         approach = -module.sample(parameters, self._plan, 0.0).trajectory_time
         length = module.duration(parameters, self._plan)
-        steps = steps_to_cover(length, self.flight.plant_period)
-        self._length = steps * self.flight.plant_period
+        period = self.node.flight.plant_period
+        steps = steps_to_cover(length, period)
+        self._length = steps * period
         message = FlightPlan(
             trajectory=self._plugin.name,
             start=self._start_mode(),
             end_step=sample.step + steps,
-            run=self.run,
-            **_bounds(module, parameters, self._plan, length, self.vehicle.gravity),
+            run=self.node.run,
+            **_bounds(module, parameters, self._plan, length, self.node.vehicle.gravity),
         )
         set_stamp(message.stamp, sample.stamp_ns)
         set_stamp(message.trajectory_start, sample.stamp_ns + round(approach * 1e9))
-        set_stamp(message.end, message.end_step * self.flight.plant_period)
+        set_stamp(message.end, message.end_step * period)
         remarks = getattr(module, "remarks", None)
         for text in remarks(parameters) if remarks else []:
-            self.event(FlightEvent.INFO, "plan_remark", text, sample.stamp_ns, always=True)
+            self.node.events.info("plan_remark", text, sample.stamp_ns, always=True)
         return message
 
     def _start_mode(self) -> str:

@@ -16,21 +16,10 @@ from quad_trajectory.node import Trajectory
 SAMPLE = Sample(0, 0, VehicleState(Vec3(), Vec3(), Quat(), Vec3()), 0.01)
 
 
-class Wired(Trajectory):
-    """A trajectory whose topics are functions."""
-
-    def __init__(self):
-        self.callbacks = {}
-        super().__init__()
-
-    def subscribe(self, topic, callback, depth=10, raw=False):
-        self.callbacks[topic] = callback
-
-
 @pytest.fixture
-def make(start_node):
-    """Return a function that makes the node with the given ROS parameters."""
-    return partial(start_node, Wired)
+def make(start_node, callbacks):
+    """Return a function that makes the node with the given ROS parameters; its topics are functions."""
+    return partial(start_node, Trajectory)
 
 
 @pytest.fixture
@@ -44,34 +33,39 @@ def refusing(parameters, vehicle, start):
 
 def test_a_plan_that_is_refused_is_an_event_and_ends_the_node(node):
     node._plugin = node._plugin._replace(module=SimpleNamespace(plan=refusing))
-    assert list(node.answer(SAMPLE, [])) == []
-    assert (node.done.done(), node.exit_code, node.counters["plan_refused"]) == (True, 1, 1)
+    assert list(node.step(SAMPLE, [])) == []
+    assert (node.node.done.done(), node.node.exit_code, node.node.events.counts["plan_refused"]) == (True, 1, 1)
 
 
 @pytest.mark.parametrize(("kind", "steps"), [("plan_refused", 0), ("reference_nonfinite", 1)])
 def test_a_reference_that_is_not_finite_is_not_published(node, kind, steps):
-    good = [len(list(node.answer(SAMPLE, []))) for _ in range(steps)]
+    good = [len(list(node.step(SAMPLE, []))) for _ in range(steps)]
     broken = {**vars(node._plugin.module), "sample": lambda *_: TrajectoryPoint(yaw=math.nan)}
     node._plugin = node._plugin._replace(module=SimpleNamespace(**broken))
-    assert list(node.answer(SAMPLE._replace(step=5, stamp_ns=10_000_000), [])) == []
-    assert (good, node.done.done(), node.exit_code, node.counters[kind]) == ([2] * steps, True, 1, 1)
+    assert list(node.step(SAMPLE._replace(step=5, stamp_ns=10_000_000), [])) == []
+    assert (good, node.node.done.done(), node.node.exit_code, node.node.events.counts[kind]) == (
+        [2] * steps,
+        True,
+        1,
+        1,
+    )
 
 
 def test_the_plan_comes_before_the_first_reference_and_once(node):
-    first = [publisher.topic_name for publisher, _ in node.answer(SAMPLE, [])]
-    second = [publisher.topic_name for publisher, _ in node.answer(SAMPLE._replace(step=5, stamp_ns=10_000_000), [])]
+    first = [publisher.topic_name for publisher, _ in node.step(SAMPLE, [])]
+    second = [publisher.topic_name for publisher, _ in node.step(SAMPLE._replace(step=5, stamp_ns=10_000_000), [])]
     assert (first, second) == (["/flight/plan", "/reference"], ["/reference"])
 
 
 @pytest.mark.parametrize("run_id", ["", "b2"])
-def test_the_mode_of_another_run_or_of_none_is_not_obeyed(make, run_id):
+def test_the_mode_of_another_run_or_of_none_is_not_obeyed(make, callbacks, run_id):
     roles = "simulator,trajectory,commander,position_controller,attitude_controller,recorder"
     node = make(f"flight.roles:={roles}", "flight.run_id:=a1")
-    taken = node.inputs[0]
+    taken = node.responder.inputs[0]
     for name in ("a1", run_id):
         mode = FlightMode(
             mode=FlightMode.MISSION if name == "a1" else FlightMode.DISARMED, next_step=5, run=run_number(name)
         )
-        node.callbacks["flight/mode"](serialize_message(mode))
+        callbacks["flight/mode"](serialize_message(mode))
     assert taken.newest.value.mode == FlightMode.MISSION
-    assert node.counters["foreign_run"] == 1
+    assert node.node.events.counts["foreign_run"] == 1

@@ -3,8 +3,8 @@
 import sys
 from functools import partial
 
+from quad_node.law_node import LawNode
 from quad_node.main import run
-from quad_node.responder import LawNode
 
 ROLE = "torque_filter"
 

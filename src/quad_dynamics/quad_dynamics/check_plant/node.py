@@ -32,32 +32,30 @@ _SILENT = "a silent controller ends the flight as FAILED, named"
 _ANSWER, _END = 10.0, 30.0  # s of wall time: a manoeuvre, the end of a silent flight
 
 
-class PlantCheck(FlightNode):
+class PlantCheck:
     """Answers `state` with manoeuvres, then falls silent. What does not come in time is broken, and ends the check."""
 
     def __init__(self, found: dict[str, str]) -> None:
         """Subscribe to state; ``found`` gets {rule: what is wrong with it}. Raises as FlightNode."""
-        super().__init__(COMMANDING)
-        self._found, self._left = found, manoeuvres(self.vehicle)
+        self.node = node = FlightNode(COMMANDING, watch=self._watch, deactivate=self.deactivate)
+        self._found, self._left = found, manoeuvres(node.vehicle)
         self._before: VehicleState | None = None
         self._until = 0
-        self._read = unpacker(VehicleState, VehicleStateMsg, run=self.run)
-        self._plan_out, self._wrench_out = self.publisher("flight/plan"), self.publisher(COMMAND)
-        self.subscribe("state", self._on_state, depth=64, raw=True)
-        self.subscribe("actuation", lambda _: None, raw=True)  # a vehicle begins once a node reads it
-        self._expect(_START, self.flight.start_timeout)
+        self._read = unpacker(VehicleState, VehicleStateMsg, run=node.run)
+        self._plan_out, self._wrench_out = node.links.publisher("flight/plan"), node.links.publisher(COMMAND)
+        node.links.subscribe("state", self.step, depth=64, raw=True)
+        node.links.subscribe("actuation", lambda _: None, raw=True)  # a vehicle begins once a node reads it
+        self._expect(_START, node.flight.start_timeout)
 
     def _expect(self, rule: str, patience: float) -> None:
         self._expected, self._patience, self._deadline = rule, patience, time.monotonic() + patience
 
-    def _watch_flight(self) -> None:
-        """Leave the time limits to ``on_tick``, which names the rule."""
-
-    def _on_state(self, payload: bytes) -> None:
+    def step(self, payload: bytes) -> None:
+        """Judge a state, and answer it with the wrench of the manoeuvre that it belongs to."""
         try:
             stamped = self._read(payload)
         except UNUSABLE as error:
-            self.unusable("state", payload, error)
+            self.node.events.unusable("state", payload, error)
             return
         state, step = stamped.value, stamped.step
         if not self._left:
@@ -76,32 +74,35 @@ class PlantCheck(FlightNode):
             return
         part = self._left[0]
         if self._before is None or step >= self._until:
-            self._before, self._until = state, step + steps_to_cover(part.duration, self.flight.plant_period)
+            self._before, self._until = state, step + steps_to_cover(part.duration, self.node.flight.plant_period)
             self._expect(part.name, _ANSWER)
-        self._wrench_out.publish(pack_wrench(part.wrench, step * self.flight.plant_period))
+        self._wrench_out.publish(pack_wrench(part.wrench, step * self.node.flight.plant_period))
 
     def _plan(self, step: int) -> None:
-        steps = sum(steps_to_cover(part.duration, self.flight.plant_period) for part in self._left)
-        plan = FlightPlan(trajectory="check_plant", start="printed", end_step=step + 2 * steps + 100_000, run=self.run)
-        set_stamp(plan.end, plan.end_step * self.flight.plant_period)
+        period, run_number = self.node.flight.plant_period, self.node.run
+        end_step = step + 2 * sum(steps_to_cover(part.duration, period) for part in self._left) + 100_000
+        plan = FlightPlan(trajectory="check_plant", start="printed", end_step=end_step, run=run_number)
+        set_stamp(plan.end, end_step * period)
         self._plan_out.publish(plan)
 
-    def on_tick(self) -> None:
-        """End what does not go on."""
-        if not self.done.done() and time.monotonic() > self._deadline:
-            missing = ", ".join(self.missing_links())
+    def _watch(self) -> None:
+        """End what does not go on, and name the rule."""
+        node, now = self.node, time.monotonic()
+        if not node.done.done() and now > self._deadline:
+            missing = ", ".join(node.missing())
             self._break(f"not within {self._patience:g} s{f'; not matched: {missing}' if missing else ''}")
+        node.last_heard = now  # the time limits are those of the rules
 
     def _break(self, problem: str) -> None:
         self._found[self._expected] = problem
-        self.finish(1, f"{self._expected}: {problem}")
+        self.node.finish(1, f"{self._expected}: {problem}")
 
-    def on_flight_ended(self, message: FlightState) -> None:
+    def deactivate(self, ended: FlightState) -> None:
         """Check how the vehicle takes silence, and leave."""
-        failed = message.state == FlightState.FAILED and (COMMAND in message.reason or COMMANDING in message.reason)
-        wrong = "" if failed else f"flight/state {message.state}, reason {message.reason!r}"
-        self._found[self._expected] = f"the vehicle ended the flight before: {message.reason}" if self._left else wrong
-        self.finish(0, "checked")
+        failed = ended.state == FlightState.FAILED and (COMMAND in ended.reason or COMMANDING in ended.reason)
+        wrong = "" if failed else f"flight/state {ended.state}, reason {ended.reason!r}"
+        self._found[self._expected] = f"the vehicle ended the flight before: {ended.reason}" if self._left else wrong
+        self.node.finish(0, "checked")
 
 
 def main() -> None:

@@ -23,10 +23,10 @@ from quad_flight_log.recorder.payload_check import payload_check
 from quad_flight_log.recorder.provenance import STOPPED, flight_metadata
 from quad_flight_log.recorder.steps import FlightClock, StepCounter
 from quad_flight_log.recorder.vehicle_pose import FOLLOWED, PoseOutput
-from quad_msgs.msg import FlightEvent, FlightState, NodeStatus, RecorderAck
+from quad_msgs.msg import FlightState, NodeStatus, RecorderAck
 from quad_node import topics
 from quad_node.codec import head_of, names_run
-from quad_node.flight_node import FlightNode
+from quad_node.flight_node import ALL_SIGNALS, FlightNode
 from quad_node.handshake import is_foreign, run_number
 from quad_node.interface import interface_hash, versions
 from quad_node.main import run
@@ -42,40 +42,51 @@ _TOO_LARGE = f"a message of {{}} bytes, more than the {MESSAGE_LIMIT} that are r
 Keep = Callable[[bytes], None]
 
 
-class Recorder(FlightNode):
+class Recorder:
     """Writes raw messages; ``log_time`` is the flight's clock, ``publish_time`` the wall clock at reception."""
 
     def __init__(self) -> None:
         """Create the bag; raises as FlightNode, or ParameterError if the directory cannot be recorded to."""
-        super().__init__(RECORDER)
-        self.settings = self.resolved.node
+        self.node = node = FlightNode(
+            RECORDER,
+            activate=self.activate,
+            watch=self._watch,
+            deactivate=self.deactivate,
+            shut_down=self.shut_down,
+            needs=self._needs,
+        )
+        if not node.lockstep:
+            node.outlived = ALL_SIGNALS
+        self.settings, self._period = node.settings, node.flight.plant_period
         self.bag = self._create_bag()
         self._clock, self._counter = FlightClock(time.monotonic()), StepCounter({})
         self._periods: dict[str, int] = {}
         self._number: int | None = None  # of the message of a step that is being taken in, in real time
         self._ready = False
         self._acked = -1
-        self._due_ns = (self.settings.ack_steps - 1) * self.flight.plant_period
+        self._due_ns = (self.settings.ack_steps - 1) * self._period
         self._last: FlightState | None = None
         self._ended = self._arrived = 0.0
-        self._ack_out = self.publisher("flight/recorded", match=self.lockstep)  # only lockstep waits for it
+        self._ack_out = node.links.publisher("flight/recorded", match=node.lockstep)  # only lockstep waits for it
         self._ack_handle = self._declare("flight/recorded", topics.TOPICS["flight/recorded"].type, latched=False)
-        self._poses = PoseOutput(self.ros, self.bag, live=RELAY not in self.roles)  # an estimator shows its pose itself
+        self._poses = PoseOutput(node.ros, self.bag, live=RELAY not in node.roles)  # an estimator shows its pose itself
         for topic in topics.TOPICS.values():
-            if self.role in topic.subscribers and topic.exists(self.roles):
+            if RECORDER in topic.subscribers and topic.exists(node.roles):
                 self._record(topic)
         handle = self._declare("diagnostics", DiagnosticArray, latched=False)
         keep = self._checked("diagnostics", DiagnosticArray, handle, partial(self._write, handle))
-        self.ros.create_subscription(DiagnosticArray, "diagnostics", keep, topics.stream(64), raw=True)
+        node.measures.append(self._measured)
+        node.ros.create_subscription(DiagnosticArray, "diagnostics", keep, topics.stream(64), raw=True)
 
     def _create_bag(self) -> BagWriter:
-        name = self.flight.run_id or datetime.now(timezone.utc).strftime("%Y%m%d-%H%M%S")
+        node, flight = self.node, self.node.flight
+        name = flight.run_id or datetime.now(timezone.utc).strftime("%Y%m%d-%H%M%S")
         facts = {
-            "run_id": self.flight.run_id,
-            "seed": self.flight.seed,
-            "mode": "lockstep" if self.lockstep else "realtime",
-            "plant_period_ns": self.flight.plant_period,
-            "namespace": self.ros.get_namespace(),
+            "run_id": flight.run_id,
+            "seed": flight.seed,
+            "mode": "lockstep" if node.lockstep else "realtime",
+            "plant_period_ns": flight.plant_period,
+            "namespace": node.ros.get_namespace(),
             "interface_hash": interface_hash(),
         }
         try:
@@ -85,7 +96,7 @@ class Recorder(FlightNode):
             raise ParameterError(f"directory: {error}") from error
 
     def _declare(self, name: str, kind: type, latched: bool) -> int:
-        return self.bag.add_topic(self.ros.resolve_topic_name(name), definition_of(kind), latched=latched)
+        return self.bag.add_topic(self.node.ros.resolve_topic_name(name), definition_of(kind), latched=latched)
 
     def _record(self, topic: topics.Topic) -> None:
         handle = self._declare(topic.name, topic.type, topic.latched)
@@ -97,9 +108,9 @@ class Recorder(FlightNode):
         elif topic.name == "flight/nodes":
             keep = self._with_status(keep)
         take: Callable[..., None] = self._checked(topic.name, topic.type, handle, keep)
-        if is_stepped and not self.lockstep:
+        if is_stepped and not self.node.lockstep:
             take = numbered(take, self._take_number)
-        self.subscribe(topic.name, take, depth=depth, raw=True)
+        self.node.links.subscribe(topic.name, take, depth=depth, raw=True)
 
     def _take_number(self, number: int | None) -> None:
         self._number = number
@@ -110,11 +121,11 @@ class Recorder(FlightNode):
 
         def on_message(payload: bytes) -> None:
             problem = problem_of(payload) if len(payload) <= MESSAGE_LIMIT else _TOO_LARGE.format(len(payload))
-            if not problem and has_run and is_foreign(head_of(payload)[1], self.run):
+            if not problem and has_run and is_foreign(head_of(payload)[1], self.node.run):
                 problem = "a message of another run"
             if problem:
                 self.bag.refuse(handle)
-                self.event(FlightEvent.WARNING, "not_recorded", f"{name}: {problem}", self._clock.newest)
+                self.node.events.warn("not_recorded", f"{name}: {problem}", self._clock.newest)
             else:
                 keep(payload)
 
@@ -133,7 +144,7 @@ class Recorder(FlightNode):
             if not clock.accepts(stamp, self._arrived):
                 self.bag.refuse(handle)
                 text = f"{name}: stamp {stamp} ns is far ahead of the flight; not recorded"
-                self.event(FlightEvent.WARNING, "far_ahead", text, self._clock.newest)
+                self.node.events.warn("far_ahead", text, self._clock.newest)
                 return
             self._counter.add(name, stamp, self._arrived, self._number)
             write(handle, payload, clock.newest, wall())
@@ -148,7 +159,7 @@ class Recorder(FlightNode):
         def on_message(payload: bytes) -> None:
             keep(payload)
             status = deserialize_message(payload, NodeStatus)
-            if status.role in self.roles and not is_foreign(run_number(status.run_id), self.run):
+            if status.role in self.node.roles and not is_foreign(run_number(status.run_id), self.node.run):
                 self._periods[status.role] = max(status.period_steps, 1)  # 0: the simulator refuses the flight
                 if status.role in SHADOWS and status.state == NodeState.FAULT:
                     self._counter.give_up(
@@ -159,57 +170,52 @@ class Recorder(FlightNode):
 
     def _acknowledge(self) -> None:
         """Let the plant go on; held back while the disk is behind."""
-        if not (self.lockstep and self._ready) or self.bag.backlog > BACKLOG_LIMIT // 4:
+        if not (self.node.lockstep and self._ready) or self.bag.backlog > BACKLOG_LIMIT // 4:
             return
-        period = self.flight.plant_period
+        period = self._period
         step = (self._counter.complete_through(time.monotonic()) + 1) // period - 1
         if step < max(self._acked + self.settings.ack_steps, 0):
             return
-        self._acked = self.current_step = step
+        self._acked = self.node.current_step = step
         self._due_ns = (step + self.settings.ack_steps) * period
-        payload = serialize_message(RecorderAck(step=step, run=self.run, dropped=sum(self.bag.dropped.values())))
+        payload = serialize_message(RecorderAck(step=step, run=self.node.run, dropped=sum(self.bag.dropped.values())))
         self._ack_out.publish(payload)
         self._write(self._ack_handle, payload)
 
-    def missing_links(self) -> list[str]:
-        """Return unmatched topics and the roles whose period is not known yet."""
-        return super().missing_links() + [
-            f"flight/nodes of {role}" for role in self.roles if role not in (self.role, *self._periods)
-        ]
+    def _needs(self) -> list[str]:
+        """Return the roles whose period is not known yet."""
+        return [f"flight/nodes of {role}" for role in self.node.roles if role not in (RECORDER, *self._periods)]
 
-    def on_ready(self) -> None:
+    def activate(self) -> None:
         """Expect a message of every step topic at every step of its publisher; in real time no topic is required."""
+        roles = self.node.roles
         steps = {
-            name: self._periods[topic.publisher_of(self.roles)] * self.flight.plant_period
+            name: self._periods[topic.publisher_of(roles)] * self._period
             for name, topic in topics.TOPICS.items()
-            if (topic.step or _of_shadow(name)) and topic.publishers[0] in self.roles and topic.exists(self.roles)
+            if (topic.step or _of_shadow(name)) and topic.publishers[0] in roles and topic.exists(roles)
         }
-        optional = [name for name in steps if not (self.lockstep and topics.TOPICS[name].required)]
+        optional = [name for name in steps if not (self.node.lockstep and topics.TOPICS[name].required)]
         self._counter = StepCounter(steps, optional, filter(_of_shadow, steps), time.monotonic())
         self._ready = True
 
-    def on_flight_ended(self, message: FlightState) -> None:
-        """Remember the end; ``on_tick`` leaves when everything is there."""
+    def deactivate(self, ended: FlightState) -> None:
+        """Remember the end; ``_watch`` leaves when everything is there."""
         if self._last is None:
-            self._last, self._ended = message, time.monotonic()
+            self._last, self._ended = ended, time.monotonic()
 
-    def on_signal(self, name: str) -> bool:
-        """Return whether a vehicle is in the air that lands first where all nodes were asked: that is recorded."""
-        self.asked_to_end = name if self.flying and not self.lockstep else ""
-        return bool(self.asked_to_end) or super().on_signal(name)
-
-    def on_tick(self) -> None:
+    def _watch(self) -> None:
         """Watch the disk and the end of the flight."""
-        if self.bag.error and not self.counters["recording_stopped"]:
-            self.event(FlightEvent.ERROR, "recording_stopped", self.bag.error, self._clock.newest)
+        node = self.node
+        if self.bag.error and not node.events.counts["recording_stopped"]:
+            node.events.error("recording_stopped", self.bag.error, self._clock.newest)
         self._acknowledge()
         now = time.monotonic()
         silent = now - self._arrived > _SILENCE
-        if not self.lockstep:
-            self.current_step = self._clock.newest // self.flight.plant_period
-            if self.asked_to_end and self._last is None and silent:
-                self.finish(1, f"stopped by {self.asked_to_end}, and no node flies any more")
-        if self._last is None or self.done.done():
+        if not node.lockstep:
+            node.current_step = self._clock.newest // self._period
+            if node.asked_to_end and self._last is None and silent:
+                node.finish(1, f"stopped by {node.asked_to_end}, and no node flies any more")
+        if self._last is None or node.done.done():
             return
         # Of a flight that failed some messages never come: silence is enough.
         over = (silent and self._last.state == FlightState.FAILED) or self._all_here(self._last.step)
@@ -217,41 +223,41 @@ class Recorder(FlightNode):
             self._leave(self._last)
 
     def _all_here(self, step: int) -> bool:
-        stamp, now = step * self.flight.plant_period, time.monotonic()
-        if self.lockstep:
+        stamp, now = step * self._period, time.monotonic()
+        if self.node.lockstep:
             return self._counter.complete_through(now) >= stamp
         return self._counter.complete_through(now) >= stamp - _TAIL_NS and now - self._arrived > _GRACE
 
     def _leave(self, last: FlightState) -> None:
-        ended = last.state == FlightState.ENDED
-        end = last.step * self.flight.plant_period
+        node, ended = self.node, last.state == FlightState.ENDED
+        end = last.step * self._period
         missing = self._counter.missing_through(end)
-        silent = [] if self.lockstep else self._counter.silent_through(end - _TAIL_NS)
+        silent = [] if node.lockstep else self._counter.silent_through(end - _TAIL_NS)
         counts = ["missing " + ", ".join(f"{count} of {topic}" for topic, count in missing.items())] if missing else []
         listed = "; ".join([*counts, *silent])
-        fault = bool(missing) and self.lockstep  # in real time a flight does not wait for its recorder
+        fault = bool(missing) and node.lockstep  # in real time a flight does not wait for its recorder
         if listed:
-            severity = FlightEvent.INFO if not fault else FlightEvent.ERROR if ended else FlightEvent.WARNING
-            self.event(severity, "incomplete", listed, self._clock.newest)
+            say = node.events.info if not fault else node.events.error if ended else node.events.warn
+            say("incomplete", listed, self._clock.newest)
         self._close_bag(ended, last.reason, missing)
         problem = self.bag.error or (listed if fault else "")
         if self.bag.error or (ended and problem):
-            self.finish(1, problem)
+            node.finish(1, problem)
             return
-        self.finish(0, f"{self.bag.messages} messages in {self.bag.path.name}")
-        self.exit_code = 0 if ended else 1
+        node.finish(0, f"{self.bag.messages} messages in {self.bag.path.name}")
+        node.exit_code = 0 if ended else 1
 
     def _close_bag(self, ended: bool, reason: str, missing: dict[str, int]) -> None:
-        notes = {"outcome": "ended" if ended else "failed", "reason": reason, "steps": str(self.current_step)}
+        notes = {"outcome": "ended" if ended else "failed", "reason": reason, "steps": str(self.node.current_step)}
         notes.update({f"missing.{topic}": str(count) for topic, count in missing.items()})
-        notes.update({f"count.{name}": str(count) for name, count in sorted(self.counters.items()) if count})
+        notes.update({f"count.{name}": str(count) for name, count in sorted(self.node.events.counts.items()) if count})
         self.bag.close(notes)
 
-    def close(self) -> None:
+    def shut_down(self) -> None:
         """Finish the bag of a recorder that was stopped early."""
         self._close_bag(False, STOPPED, {})
 
-    def measurements(self) -> dict[str, float]:
+    def _measured(self) -> dict[str, float]:
         """Return what waits for the disk and what was dropped."""
         return {"backlog_bytes": self.bag.backlog, "dropped": sum(self.bag.dropped.values())}
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from quad_autopilot import odometry
 from quad_autopilot.arming import Phase
 from quad_autopilot.autopilot import listed
-from quad_autopilot.node import BEAT, OVER, AutopilotNode
+from quad_autopilot.autopilot_flight import BEAT, Taken
 from quad_core.cascade import COMMAND, COMMANDER, STAGES
 from quad_core.cycle import is_flyable, seconds
 from quad_core.types import Actuation, Disturbance, VehicleState, Wrench
@@ -25,10 +25,11 @@ from quad_mavlink.hil.gate import Decision, Gate, foreign_stamp
 from quad_mavlink.hil.motors import Exchange, RefusedError
 from quad_mavlink.hil.parameters import JOINED
 from quad_mavlink.hil.sensors import Sensors, Suite
-from quad_msgs.msg import FlightEvent, FlightState
+from quad_msgs.msg import FlightState
 from quad_node.codec import head_of
 from quad_node.main import run
-from quad_px4.node import Px4Interface
+from quad_px4.node import Px4Bridge
+from quad_px4.parameters import AirframeParameters
 
 _TICK, _SLICE = 0.00025, 0.004  # s between two looks at the gate, and of steps without a look at ROS
 _BACKLOG = 64
@@ -49,25 +50,20 @@ class Moved(NamedTuple):
     actuation: Actuation
 
 
-class JoinedInterface(Px4Interface):
+class JoinedPlant(Px4Bridge):
     """The bridge to PX4, by the clock of the plant that it integrates."""
 
-    is_predicting = False
-    has_own_beats = True
-
-    def __init__(self, node: AutopilotNode) -> None:
+    def __init__(self) -> None:
         """Make bridge, plant and sensors and open the port; raises ParameterError if it cannot fly."""
-        airframe = motors.airframe(node.vehicle, node.settings.thrust_curve)
-        super().__init__(node, airframe._replace(thr_mdl_fac=node.settings.thrust_curve))
-        self._airframe = airframe
-        mavlink, period = link.load(), node.flight.plant_period
+        super().__init__(JOINED, has_own_beats=True, clock=self.clock, predicts=False)
+        node, mavlink, period = self.node, link.load(), self.node.flight.plant_period
         self.model = PlantModel(node.resolved)
         self._server = link.Server(mavlink, self.settings.listen)
         sensors = Sensors(truth_steps=self.settings.truth_period_steps)
         suite = Suite(sensors, node.flight.seed, period, node.vehicle.gravity)
         self.exchange, self.gate = Exchange(mavlink, self._server, suite), Gate(self.settings.gate)
         self._period_us, self._dt = period // 1000, seconds(1, period)
-        self._truth_out, self._disturbance_out = node.output("truth"), node.output("disturbance")
+        self._truth_out, self._disturbance_out = self.leader.output("truth"), self.leader.output("disturbance")
         self._moved: deque[Moved] = deque(maxlen=_BACKLOG)
         self._is_asked = self._are_outputs_due = False
         self._booting, self._steps, self._outputs = "the plant", 0, motors.AT_REST
@@ -75,14 +71,21 @@ class JoinedInterface(Px4Interface):
         answers = {COMMANDER: "reference", **{stage.role: stage.gives for stage in STAGES}}
         self._answers = {role: topic for role, topic in answers.items() if role in node.roles}
         for topic in set(self._answers.values()) - {COMMAND}:
-            node.subscribe(topic, partial(self._on_payload, topic), raw=True)
+            node.links.subscribe(topic, partial(self._on_payload, topic), raw=True)
         node.every(_TICK, self._drive)
 
-    def on_ready(self) -> None:
-        """Report which airframe PX4 must have."""
-        super().on_ready()
-        text = f"PX4 must have {motors.described(self._airframe)}"
-        self.node.event(FlightEvent.INFO, "airframe", text, always=True)
+    def airframe(self) -> AirframeParameters:
+        """Return the vehicle as PX4 has it: the plant's."""
+        curve = self.settings.thrust_curve
+        return motors.airframe(self.node.vehicle, curve)._replace(thr_mdl_fac=curve)
+
+    def activate(self) -> None:
+        """Say which airframe PX4 must have; await every answer from now on."""
+        super().activate()
+        airframe = motors.airframe(self.node.vehicle, self.settings.thrust_curve)
+        self.node.events.info("airframe", f"PX4 must have {motors.described(airframe)}", always=True)
+        period_of = self.leader.handshake.period
+        self.gate.expect({topic: period_of(role) for role, topic in self._answers.items()})
 
     @property
     def time_usec(self) -> int:
@@ -97,41 +100,38 @@ class JoinedInterface(Px4Interface):
         """Return what PX4 still has to do before it is asked for anything."""
         if self._booting:
             return [self._booting]
-        if self.autopilot is None:
+        said = self.flight.said
+        if said is None:
             return ["vehicle_status from PX4: is its uXRCE-DDS agent running?"]
-        if self.node.state is None:
+        if self.flight.state is None:
             return ["vehicle_odometry from PX4 that can be accepted"]
-        if self.node.sequence.phase == Phase.STREAM and not self.autopilot.checks_pass:
-            return [f"PX4's pre-flight checks ({listed(self.autopilot.reasons) or 'no reason given'})"]
+        if self.flight.phase == Phase.STREAM and not said.checks_pass:
+            return [f"PX4's pre-flight checks ({listed(said.reasons) or 'no reason given'})"]
         return []
 
     def refusal(self) -> str:
         """Return why the vehicle must not fly: as the bridge, or because PX4's stamps are of another clock."""
-        stamp, now = self.node.stamps().sampled, self.time_usec
+        stamp, now = self.flight.stamps().sampled, self.time_usec
         return super().refusal() if Gate.is_of_our_clock(stamp, now) else foreign_stamp(stamp, now)
 
-    def on_begin(self) -> None:
-        """Await every answer from now on."""
-        self.gate.expect({topic: self.node.handshake.period(role) for role, topic in self._answers.items()})
+    def take_estimate(self, sample: odometry.Sample) -> Taken:
+        """Learn when the next estimate is due, await the answers to this one, and publish what was true by then."""
+        taken = super().take_estimate(sample)
+        if taken.published:
+            self.gate.on_published(self.node.current_step)
+            self._publish_moved()
+        if taken.accepted:
+            self.gate.on_state(sample.timestamp_sample, self.time_usec)
+        return taken
 
-    def on_accepted(self, sample: odometry.Sample) -> None:
-        """Learn when the next estimate is due."""
-        self.gate.on_state(sample.timestamp_sample, self.time_usec)
-
-    def on_published(self) -> None:
-        """Await the answers to the state, and publish what was true by then."""
-        super().on_published()
-        self.gate.on_published(self.node.current_step)
-        self._publish_moved()
-
-    def on_wrench(self) -> None:
+    def take_wrench(self) -> None:
         """Pass on a wrench that has just come, and go on if that was what the plant waited for."""
-        before = self.passed_on
-        super().on_wrench()
-        if self.passed_on is not before and self.node.may_fly():
+        before, newest = self.passed_on, self.leader.wrenches.newest
+        super().take_wrench()
+        if self.passed_on is not before and self.flight.may_fly():
             self._are_outputs_due, self._idle_from = True, time.monotonic()
-        if self.node.command is not None:
-            self._on_answer(COMMAND, self.node.command.step, self.node.run)
+        if newest is not None:
+            self._on_answer(COMMAND, newest.step, self.node.run)
 
     def _on_payload(self, topic: str, payload: bytes) -> None:
         self._on_answer(topic, *head_of(payload))
@@ -145,7 +145,7 @@ class JoinedInterface(Px4Interface):
         """Go on as far as the gate permits, then let the other callbacks have their turn."""
         until = time.monotonic() + _SLICE
         try:
-            while self.node.phase not in OVER and time.monotonic() < until and self._advance(until):
+            while not self.flight.is_over and time.monotonic() < until and self._advance(until):
                 pass
         except RefusedError as error:
             self._fail(str(error))
@@ -181,10 +181,10 @@ class JoinedInterface(Px4Interface):
         Its motors then follow setpoints, not the gyro, and a reading alone makes no new outputs.
         """
         patience = until - time.monotonic()
-        if self.node.sequence.phase == Phase.STREAM:
+        if self.flight.phase == Phase.STREAM:
             return self.exchange.answer(max(patience, 0.0))
         gate = self.settings.gate
-        left = self._asked_at + (gate.settle if self.node.is_obeyed() else gate.linger) - time.monotonic()
+        left = self._asked_at + (gate.settle if self.flight.is_obeyed() else gate.linger) - time.monotonic()
         found = self.exchange.newest(max(min(left, patience), 0.0))
         return found or (self._outputs if left <= patience and not self._server.is_closed else None)
 
@@ -195,24 +195,24 @@ class JoinedInterface(Px4Interface):
         return False
 
     def _may_go_on(self) -> bool:
-        node, idle = self.node, time.monotonic() - self._idle_from
+        flight, leader, idle = self.flight, self.leader, time.monotonic() - self._idle_from
         if self._are_outputs_due:  # the wrench is out; its outputs say that it has arrived
             found = self.exchange.newest(0.0)
             self._outputs = found or self._outputs
             self._are_outputs_due = found is None and idle < self.settings.gate.linger
             if self._are_outputs_due:
                 return False
-        phase = node.sequence.phase
-        is_flying = node.phase == FlightState.FLYING and phase in _ANSWERED and not (node.stop or node.guard.taken_over)
-        is_flying = is_flying and (phase != Phase.FLY or node.is_obeyed())
+        is_flying = leader.phase == FlightState.FLYING and flight.phase in _ANSWERED
+        is_flying = is_flying and not (flight.stop or leader.guard.taken_over)
+        is_flying = is_flying and (flight.phase != Phase.FLY or flight.is_obeyed())
         decision = self.gate.decide(self.time_usec + self._period_us, idle, is_flying)
         if decision == Decision.UNANSWERED:
             waited = f"no {self.gate.missing} for {self.settings.gate.answer_timeout:g} s, for which the plant waited"
-            node.stop = f"controllers: step {node.current_step}: {waited}"
-            node.on_beat()
+            flight.stop = f"controllers: step {self.node.current_step}: {waited}"
+            self.step()
         if decision == Decision.OVERDUE:
             text = f"no vehicle_odometry for {self.settings.gate.overdue:g} s by the wall clock, though one was due"
-            node.event(FlightEvent.WARNING, "state_overdue", text, node.elapsed_ns)
+            self.node.events.warn("state_overdue", text, leader.elapsed_ns)
         return decision != Decision.WAIT
 
     def _integrate(self, answer: motors.Answer) -> None:
@@ -231,16 +231,16 @@ class JoinedInterface(Px4Interface):
         self._publish_moved()
         if self.clock() >= self._next_beat:
             self._next_beat = self.clock() + BEAT - 1e-6
-            self.node.on_beat()
+            self.step()
 
     def _step_at(self, time_usec: int) -> int:
         """Return the step of the flight at a time of PX4, negative before step 0."""
-        return (time_usec - self.node.origin) // self._period_us if self.node.origin >= 0 else _BEFORE
+        return (time_usec - self.flight.origin) // self._period_us if self.flight.origin >= 0 else _BEFORE
 
     def _publish_moved(self) -> None:
         """Publish truth, disturbance and actuation of the flight's steps, those before its origin was known too."""
         node = self.node
-        if node.origin < 0 or node.phase != FlightState.FLYING:
+        if self.flight.origin < 0 or self.leader.phase != FlightState.FLYING:
             return
         while self._moved:
             at, truth, disturbance, actuation = self._moved.popleft()
@@ -248,23 +248,22 @@ class JoinedInterface(Px4Interface):
             if step < 0:
                 continue
             stamp = step * node.flight.plant_period
-            announce(self.node, self.model, step)
+            announce(self.leader, self.model, step)
             if step > 0:
-                publisher, pack = node.actuation_out
+                publisher, pack = self.flight.actuation_out
                 publisher.publish(pack(actuation, step - 1, step, stamp - node.flight.plant_period))
             for (publisher, pack), value in ((self._truth_out, truth), (self._disturbance_out, disturbance)):
                 publisher.publish(pack(value, step, step + 1, stamp))
 
     def _fail(self, reason: str) -> None:
         """End the flight as it is: without its plant PX4 cannot land."""
-        self.node.sequence = self.node.sequence._replace(phase=Phase.RELEASED)
-        self.node.end(FlightState.FAILED, f"step {self.node.current_step}: {reason}")
+        self.flight.fail(f"step {self.node.current_step}: {reason}")
 
-    def close(self) -> None:
+    def shut_down(self) -> None:
         """Close the connection."""
         self._server.close()
 
 
 def main() -> None:
     """Run the plant under PX4 that our laws fly."""
-    sys.exit(run(JOINED, lambda: AutopilotNode(JOINED, JoinedInterface), SUMMARY))
+    sys.exit(run(JOINED, JoinedPlant, SUMMARY))

@@ -5,7 +5,7 @@ from unittest.mock import Mock
 
 import pytest
 
-from quad_autopilot.node import AutopilotNode
+from quad_autopilot.autopilot_flight import AutopilotFlight
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import AttitudeThrust, Quat, Vec3
 from quad_node.codec import Stamped
@@ -15,24 +15,25 @@ LEVEL = AttitudeThrust(thrust=8.0)
 
 
 def sent(value, step=NOW, finite=True):
-    """Return what the interface gets of a setpoint for the state of ``step``, and why it is refused."""
-    node = Mock(current_step=NOW, **{"flight.plant_period": PERIOD, "guard.parameters": GuardParameters()})
-    node._unpack_setpoint.return_value = Stamped(step, step + 1, step * PERIOD, value, finite)
-    node._setpoint_refusal = lambda stamped: AutopilotNode._setpoint_refusal(node, stamped)
-    AutopilotNode._on_setpoint(node, b"")
-    assert node.on_command.called == node.interface.send_attitude.called != node.reject.called
-    return [call.args[0] for call in node.interface.send_attitude.mock_calls], str(node.reject.call_args)
+    """Return the setpoint for the state of ``step`` if it is flown, and why it is refused."""
+    flight = Mock(**{"leader.guard.parameters": GuardParameters()})
+    flight.node = Mock(current_step=NOW, **{"flight.plant_period": PERIOD})
+    flight._unpack_setpoint.return_value = Stamped(step, step + 1, step * PERIOD, value, finite)
+    flight._setpoint_refusal = lambda stamped: AutopilotFlight._setpoint_refusal(flight, stamped)
+    flown, reject = AutopilotFlight.accepted(flight, b""), flight.node.events.reject
+    assert flight.note_command.called == (flown is not None) != reject.called
+    return flown, str(reject.call_args)
 
 
 @pytest.mark.parametrize("step", [NOW, NOW - 2, NOW - 25])
 def test_an_answer_to_a_state_of_the_last_100_ms_is_flown(step):
-    assert sent(LEVEL, step)[0] == [LEVEL]
+    assert sent(LEVEL, step)[0] == LEVEL
 
 
 @pytest.mark.parametrize(("step", "age"), [(NOW - 26, "0.104 s"), (0, "4 s"), (NOW + 1, "-0.004 s")])
 def test_an_answer_to_an_older_state_or_to_none_yet_is_no_command(step, age):
     flown, why = sent(LEVEL, step)
-    assert flown == []
+    assert flown is None
     assert f"answers a state {age} old, expected 0 to 0.1 s" in why
 
 
@@ -46,5 +47,5 @@ def test_an_answer_to_an_older_state_or_to_none_yet_is_no_command(step, age):
 )
 def test_what_is_no_attitude_is_no_command(value, finite, word):
     flown, why = sent(value, finite=finite)
-    assert flown == []
+    assert flown is None
     assert word in why
