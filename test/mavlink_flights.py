@@ -17,9 +17,9 @@ for _path in (vehicle_packages(), HERE):
 from fake_autopilot import FakeAutopilot  # noqa: E402
 
 from quad_autopilot import arming, odometry  # noqa: E402
-from quad_autopilot.arming import Inputs, Phase, Wish  # noqa: E402
 from quad_autopilot.autopilot import Stamps  # noqa: E402
 from quad_autopilot.autopilot_flight import AutopilotFlight  # noqa: E402
+from quad_autopilot.evidence import Inputs, Intent, Memory, Phase  # noqa: E402
 from quad_core.types import AttitudeThrust, Quat  # noqa: E402
 from quad_core.vehicle import Vehicle  # noqa: E402
 from quad_mavlink import node  # noqa: E402
@@ -55,8 +55,8 @@ class Flight:
         with patch.object(node, "AutopilotFlight", self.made):
             self.bridge = node.MavlinkBridge()
         self.height, self.commands = height, commands
-        self.memory = arming.Memory()
-        self.steps, self.heard, self.wish = 0, -9.0, Wish.FLY
+        self.memory = Memory()
+        self.steps, self.heard, self.intent = 0, -9.0, Intent.FLY
         self.rejected, self.unanswered = [], np.inf
 
     def made(self, kind, profile, *, ask, refusal, **_):
@@ -99,7 +99,7 @@ class Flight:
         refusal = self.refusal() if self.memory.phase == Phase.STREAM else ""
         given = Inputs(now, now, self.said, self.ack, age, now - self.heard, refusal)
         self.output, self.memory = arming.step(
-            self.profile, self.settings.arming, self.memory, given._replace(wish=self.wish)
+            self.profile, self.settings.arming, self.memory, given._replace(intent=self.intent)
         )
         self.ack = None
         if self.output.request is not None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mavlink_flights import FakeAutopilot, Flight, hover
 
-from quad_autopilot.arming import Phase, Wish
+from quad_autopilot.evidence import Intent, Phase
 from quad_autopilot.parameters import ArmingParameters
 
 pytestmark = pytest.mark.unit
@@ -23,7 +23,7 @@ def test_from_the_ground_to_a_hover_and_back(options):
         flight.fly(4.0)
         assert np.array(flight.state.p_w) == pytest.approx([0.0, 0.0, 1.0], abs=0.1)
         assert -flight.fake.body.p[2] == pytest.approx(1.0, abs=0.1)
-        flight.wish = Wish.LAND
+        flight.intent = Intent.LAND
         output = flight.run(Phase.LANDED)
         assert (output.phase, output.reason) == (Phase.LANDED, "")
         assert flight.refusals == set()

@@ -14,7 +14,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from quad_autopilot import arming, odometry
-from quad_autopilot.arming import Output, Phase, Setpoint, Wish
+from quad_autopilot.arming import Output, Setpoint
 from quad_autopilot.autopilot import (
     COMMANDS,
     NAV_LAND,
@@ -27,6 +27,7 @@ from quad_autopilot.autopilot import (
     because,
     listed,
 )
+from quad_autopilot.evidence import Inputs, Intent, Memory, Phase
 from quad_autopilot.parameters import Flier
 from quad_core.cascade import ATTITUDE, STAGES
 from quad_core.cycle import seconds
@@ -112,7 +113,7 @@ class AutopilotFlight:
         self._predicts, self.predicted, self.by_attitude = predicts, Actuation(), True
         self.said: Autopilot | None = None
         self.ack: Ack | None = None
-        self.sequence = arming.Memory()
+        self.sequence = Memory()
         self.state: VehicleState | None = None
         self.sample: odometry.Sample | None = None
         self.stop, self.origin, self.heard, self.spoke_at = "", -1, -math.inf, -math.inf
@@ -239,7 +240,7 @@ class AutopilotFlight:
 
     def may_fly(self) -> bool:
         """Return whether the controllers' commands go to the autopilot."""
-        if not self.commander.armed or self._wish() == Wish.CLIMB:
+        if not self.commander.armed or self._intent() == Intent.CLIMB:
             return False
         return self.phase == Phase.RETURN or (self.phase == Phase.FLY and self.is_obeyed())
 
@@ -270,8 +271,8 @@ class AutopilotFlight:
             return arming.QUIET
         if leader.gives_up:
             self.stop = self.stop or leader.cause
-        wish = self._wish()
-        inputs = arming.Inputs(
+        intent = self._intent()
+        inputs = Inputs(
             now,
             1e-6 * self.stamps().now,
             self.said,
@@ -279,10 +280,10 @@ class AutopilotFlight:
             max(now - self._unanswered_at, 0.0),
             now - self.heard,
             # while the commander is arming: what it still waits for
-            self._refusal() if phase == Phase.STREAM else self.commander.answer_text if wish == Wish.IDLE else "",
+            self._refusal() if phase == Phase.STREAM else self.commander.answer_text if intent == Intent.IDLE else "",
             self.stop,
             now - self.spoke_at,
-            wish,
+            intent,
             self.commander.is_over,
             phase == Phase.STREAM and bool(self._moves()),
         )
@@ -306,22 +307,22 @@ class AutopilotFlight:
         """Return level attitude at the present heading with a thrust in N."""
         return level_hover(self.node.vehicle, self.state or VehicleState())._replace(thrust=newtons)
 
-    def _wish(self) -> Wish:
+    def _intent(self) -> Intent:
         """Return what the commander's mode wants of the autopilot."""
         mode = self.commander.mode.value.mode
         if mode == FlightMode.PILOT:
-            return Wish.GROUND if self.phase == Phase.STANDBY else Wish.FLY
+            return Intent.GROUND if self.phase == Phase.STANDBY else Intent.FLY
         own = self.settings.arming
         self._has_climbed = self._has_climbed or self.phase == Phase.RETURN
         climbs = own.takeoff == Flier.AUTOPILOT and not self._has_climbed
         return {
-            FlightMode.DISARMED: Wish.GROUND,
-            FlightMode.ARMING: Wish.IDLE,
-            FlightMode.TAKEOFF: Wish.CLIMB if climbs else Wish.FLY,
-            FlightMode.LAND: Wish.LAND if own.landing == Flier.AUTOPILOT else Wish.FLY,
-            FlightMode.DESCEND: Wish.LAND,
-            FlightMode.KILL: Wish.KILL,
-        }.get(mode, Wish.FLY)
+            FlightMode.DISARMED: Intent.GROUND,
+            FlightMode.ARMING: Intent.IDLE,
+            FlightMode.TAKEOFF: Intent.CLIMB if climbs else Intent.FLY,
+            FlightMode.LAND: Intent.LAND if own.landing == Flier.AUTOPILOT else Intent.FLY,
+            FlightMode.DESCEND: Intent.LAND,
+            FlightMode.KILL: Intent.KILL,
+        }.get(mode, Intent.FLY)
 
     def _tell(self, now: float) -> None:
         """Publish what the autopilot says, when it changes and twice a second."""

@@ -3,8 +3,8 @@
 import math
 
 from quad_autopilot import arming
-from quad_autopilot.arming import Inputs
 from quad_autopilot.autopilot import DO_SET_MODE, Ack, Autopilot, Control, Profile, Request
+from quad_autopilot.evidence import Inputs, Memory, Phase
 from quad_autopilot.parameters import ArmingParameters
 
 TICK = 0.02
@@ -36,7 +36,7 @@ class Flight:
         self.lost, self.deaf, self.reasons, self.failsafe = set(), set(), (), False
         self.profile, self.loss_timeout, self.beat_at = PROFILE, None, math.nan
         self.inputs = {"command_age": 0.0, "state_age": 0.0}
-        self.memory, self.output, self.requests, self.phases, self.due = arming.Memory(), None, [], [], []
+        self.memory, self.output, self.requests, self.phases, self.due = Memory(), None, [], [], []
         for name, value in px4.items():
             setattr(self, name, value)
 
@@ -87,7 +87,7 @@ class Flight:
 
 def flying(**px4):
     flight = Flight(**px4)
-    flight.run(arming.Phase.FLY)
+    flight.run(Phase.FLY)
     return flight
 
 

@@ -6,8 +6,9 @@ import pytest
 from sequence_flights import ARM, LAND, MODE, PARAMETERS, PROFILE, TICK, UNSAID, Flight, asked, flying, said
 
 from quad_autopilot import arming
-from quad_autopilot.arming import Inputs, Phase, Setpoint, Wish
+from quad_autopilot.arming import Setpoint
 from quad_autopilot.autopilot import COMMANDS, Ack
+from quad_autopilot.evidence import PROBE_PATIENCE, Inputs, Intent, Phase
 
 LOSSY = PROFILE._replace(loss_limit=0.25, loss_advice="set COM_OF_LOSS_T to 0.1")
 
@@ -26,7 +27,7 @@ def test_from_the_ground_to_the_ground():
     for _ in range(50):
         output = flight.tick()
         assert (output.heartbeat, output.setpoint, output.request) == (True, Setpoint.COMMAND, None)
-    flight.inputs["wish"] = Wish.LAND
+    flight.inputs["intent"] = Intent.LAND
     assert flight.tick().heartbeat  # until PX4 has taken over
     while flight.nav_state != 18:
         flight.tick()
@@ -84,8 +85,8 @@ def test_an_answer_in_progress_or_to_another_command_is_none():
 def test_the_flight_begins_once_the_estimate_rests_however_long_that_takes():
     flight = Flight()
     for _ in range(round(30.0 / TICK)):
-        assert flight.tick(moves=True, wish=Wish.GROUND).phase == Phase.STREAM
-    flight.run(Phase.STANDBY, 0.1, wish=Wish.GROUND)
+        assert flight.tick(moves=True, intent=Intent.GROUND).phase == Phase.STREAM
+    flight.run(Phase.STANDBY, 0.1, intent=Intent.GROUND)
 
 
 GROUNDED = {
@@ -148,7 +149,7 @@ def test_a_mode_that_was_taken_away_is_left_before_it_is_known_who_has_it():
     before = len(flight.requests)
     flight.nav_state = UNSAID
     for stop in ("", "stopped by SIGINT", ""):  # a landing would take the vehicle from its pilot
-        output = flight.tick(stop=stop, command_age=1.0, wish=Wish.LAND)
+        output = flight.tick(stop=stop, command_age=1.0, intent=Intent.LAND)
         assert (output.phase, output.heartbeat, output.setpoint) == (Phase.FLY, False, Setpoint.NONE)
     flight.nav_state = 2
     output = flight.tick()
@@ -185,10 +186,10 @@ def test_a_request_that_is_due_is_not_repeated_in_a_mode_that_was_taken_away():
 
 def test_after_a_planned_end_a_command_that_stays_away_is_not_flown_on():
     flight = flying(deaf={LAND})
-    flight.run(Phase.LAND, 0.1, wish=Wish.LAND)
-    output = flight.tick(wish=Wish.LAND)
+    flight.run(Phase.LAND, 0.1, intent=Intent.LAND)
+    output = flight.tick(intent=Intent.LAND)
     assert (output.heartbeat, output.setpoint) == (True, Setpoint.COMMAND)
-    output = flight.tick(wish=Wish.LAND, command_age=0.2)
+    output = flight.tick(intent=Intent.LAND, command_age=0.2)
     assert (output.heartbeat, output.setpoint) == (False, Setpoint.LEVEL)
 
 
@@ -202,10 +203,10 @@ def test_a_mode_that_is_never_named_ends_the_flight_within_half_a_second():
 
 def test_while_landing_nothing_is_asked_of_a_mode_without_a_name():
     flight = flying()
-    flight.run(Phase.LAND, 0.1, wish=Wish.LAND)
+    flight.run(Phase.LAND, 0.1, intent=Intent.LAND)
     flight.nav_state, flight.due, before = UNSAID, [], len(flight.requests)
     for _ in range(100):
-        output = flight.tick(wish=Wish.LAND)
+        output = flight.tick(intent=Intent.LAND)
         assert (output.phase, output.heartbeat, output.setpoint) == (Phase.LAND, False, Setpoint.NONE)
     assert len(flight.requests) == before
 
@@ -237,7 +238,7 @@ def test_what_ends_a_flight_is_named_and_only_a_vehicle_in_the_air_lands(name):
     flight = Flight(profile=LOSSY, loss_timeout=60.0) if phase == Phase.PROBE else Flight()
     if phase == Phase.LAND:
         flight.run(Phase.FLY)
-        flight.inputs["wish"] = Wish.LAND
+        flight.inputs["intent"] = Intent.LAND
     flight.run(phase)
     for attribute, value in px4.items():
         setattr(flight, attribute, value)
@@ -251,7 +252,7 @@ def test_what_ends_a_flight_is_named_and_only_a_vehicle_in_the_air_lands(name):
 
 def test_a_landing_that_does_not_end_is_left_to_px4():
     flight = flying(results={LAND: 2})
-    output = flight.run(Phase.RELEASED, 2 * PARAMETERS.land_timeout, wish=Wish.LAND)
+    output = flight.run(Phase.RELEASED, 2 * PARAMETERS.land_timeout, intent=Intent.LAND)
     assert "NAV_LAND denied" in output.reason
 
 
@@ -285,7 +286,7 @@ def test_an_autopilot_that_says_nothing_of_the_stream_is_armed_after_a_while():
     flight = Flight(profile=LOSSY)
     began = flight.now
     flight.run(Phase.MODE)
-    assert flight.now - began == pytest.approx(arming.PROBE_PATIENCE + 2 * 25 * TICK, abs=0.2)
+    assert flight.now - began == pytest.approx(PROBE_PATIENCE + 2 * 25 * TICK, abs=0.2)
 
 
 def test_reasons_that_stood_when_the_flight_began_do_not_explain_a_take_over():

@@ -15,7 +15,7 @@ from collections import deque
 from typing import Any
 
 from quad_autopilot import thrust
-from quad_autopilot.arming import Phase, Setpoint
+from quad_autopilot.arming import Setpoint
 from quad_autopilot.autopilot import (
     ARM_DISARM,
     DO_SET_MODE,
@@ -27,6 +27,7 @@ from quad_autopilot.autopilot import (
     Request,
 )
 from quad_autopilot.autopilot_flight import BEAT, LOOK, AutopilotFlight
+from quad_autopilot.evidence import Phase
 from quad_autopilot.parameters import Flier
 from quad_core.cascade import POSITION, STAGE
 from quad_core.parameters import ParameterError

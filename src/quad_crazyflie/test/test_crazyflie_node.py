@@ -4,8 +4,9 @@ from unittest.mock import Mock, call
 
 import pytest
 
-from quad_autopilot.arming import Output, Phase, Setpoint
+from quad_autopilot.arming import Output, Setpoint
 from quad_autopilot.autopilot import ARM_DISARM, DO_SET_MODE, NAV_LAND, Control, Request
+from quad_autopilot.evidence import Phase
 from quad_core.types import AttitudeThrust, Vec3, VehicleState
 from quad_crazyflie import node as module
 from quad_crazyflie import setpoints

@@ -15,9 +15,10 @@ from typing import Any
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from quad_autopilot import thrust
-from quad_autopilot.arming import Phase, Setpoint
+from quad_autopilot.arming import Setpoint
 from quad_autopilot.autopilot import Request, Stamps
 from quad_autopilot.autopilot_flight import BEAT, AutopilotFlight, Taken
+from quad_autopilot.evidence import Phase
 from quad_autopilot.odometry import Sample
 from quad_core.cascade import POSITION, STAGE
 from quad_core.enumerations import GuardReason

@@ -11,9 +11,9 @@ from functools import partial
 from typing import NamedTuple
 
 from quad_autopilot import odometry
-from quad_autopilot.arming import Phase
 from quad_autopilot.autopilot import listed
 from quad_autopilot.autopilot_flight import BEAT, Taken
+from quad_autopilot.evidence import Phase
 from quad_core.cascade import COMMAND, COMMANDER, STAGES
 from quad_core.cycle import is_flyable, seconds
 from quad_core.types import Actuation, Disturbance, VehicleState, Wrench
