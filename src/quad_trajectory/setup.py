@@ -18,6 +18,7 @@ setup(
         "quad.trajectory": [
             "case1 = quad_trajectory.case1",
             "case2 = quad_trajectory.case2",
+            "file = quad_trajectory.file",
             "hover = quad_trajectory.hover",
             "lemniscate = quad_trajectory.lemniscate",
             "waypoints = quad_trajectory.waypoints",
