@@ -131,7 +131,7 @@ def stack(request: Request, one_process: bool = False, timeout: float = 300.0) -
             processes.stop()
         if not request.realtime:
             return run
-        latency, missed = _real_time(next(Path(scratch, "bag").glob("*.mcap")))
+        latency, missed = _real_time(next(Path(scratch, "bag").glob("*.mcap")), run.rate)
         return run._replace(latency=latency, missed=missed)
 
 
@@ -154,17 +154,22 @@ def idle(seconds: float) -> dict[str, float]:
     return {role: value / seconds for role, value in used.items()}
 
 
-def _real_time(bag: Path) -> tuple[dict[str, float], int]:
-    """Return what the simulator said of its loop in /diagnostics: median over the seconds, and all missed commands."""
+def _real_time(bag: Path, rate: float) -> tuple[dict[str, float], int]:
+    """Return what the simulator said of its loop in /diagnostics: median over the seconds, and all missed commands.
+
+    ``p99.9`` is told by the largest of each second of ``rate`` steps: that share of them is below it.
+    """
     said: dict[str, list[float]] = {}
     with bag.open("rb") as stream:
         for _, _, message in make_reader(stream).iter_messages(["/diagnostics"]):
             for status in deserialize_message(message.data, DiagnosticArray).status:
                 for pair in status.values:
                     if pair.key.startswith("latency_") or pair.key == "missed_commands":
-                        said.setdefault(pair.key, []).append(float(pair.value))
+                        said.setdefault(pair.key.removeprefix("latency_"), []).append(float(pair.value))
     missed = said.pop("missed_commands")[-1]
-    return {key.removeprefix("latency_"): statistics.median(values) for key, values in said.items()}, int(missed)
+    largest = sorted(said["max"])
+    rare = largest[round(0.999**rate * (len(largest) - 1))]
+    return {**{key: statistics.median(values) for key, values in said.items()}, "p99.9": rare}, int(missed)
 
 
 def _watched(processes: Processes, watch: FlightWatch, timeout: float) -> Run:

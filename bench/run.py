@@ -4,6 +4,7 @@ Figures are medians of rounds in this very run; what is compared is measured in 
   scripts/bench                    everything
   scripts/bench batch --rounds 5
   scripts/bench ros_loop --json ros.json
+  scripts/bench companion --rounds 1 --json my_computer.json     what this computer can fly: five minutes
 """
 
 import argparse
@@ -15,7 +16,7 @@ from pathlib import Path
 
 from table import Row, as_text, versions
 
-BENCHES = ("ros_loop", "batch", "laws", "guard_cost", "peers")
+BENCHES = ("ros_loop", "batch", "laws", "guard_cost", "peers", "companion")
 
 
 def main() -> int:
@@ -33,7 +34,7 @@ def main() -> int:
     for name in options.names or BENCHES:
         sys.stderr.write(f"bench: {name} ...\n")
         rows += importlib.import_module(name).measure(options.rounds)
-    facts = {**versions(), "cores": str(os.cpu_count()), "load": " ".join(f"{load:.1f}" for load in os.getloadavg())}
+    facts = {**versions(), "load": " ".join(f"{load:.1f}" for load in os.getloadavg())}
     print(as_text(rows))
     print("\n" + ", ".join(f"{key} {value}" for key, value in facts.items()))
     if options.json:

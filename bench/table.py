@@ -1,13 +1,22 @@
 """What every measurement of bench/ gives: rows of one table."""
 
+import os
 import platform
 import statistics
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 PACKAGES = ("numba", "numpy", "llvmlite", "ros-jazzy-rclpy", "mujoco", "mcap")
+
+_FACTS = {
+    "board": "/proc/device-tree/model",
+    "governor": "/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor",
+    "realtime kernel": "/sys/kernel/realtime",
+}
+"""Files of the kernel that only some computers have."""
 
 Measured = TypeVar("Measured")
 
@@ -31,6 +40,10 @@ class Row(NamedTuple):
 def versions() -> dict[str, str]:
     """Return what decides the figures."""
     found = {"python": platform.python_version(), "machine": platform.machine(), "processor": _processor()}
+    found |= {"kernel": f"{platform.release()} {platform.version()}", "cores": str(os.cpu_count())}
+    for name, path in _FACTS.items():
+        with suppress(OSError):
+            found[name] = Path(path).read_text(encoding="utf-8", errors="replace").strip("\0\n")
     for package in PACKAGES:
         with suppress(PackageNotFoundError):
             found[package] = version(package)

@@ -62,6 +62,20 @@ def test_a_set_up_needs_no_home(checkout):
     assert "$HOME" not in script
 
 
+@pytest.mark.parametrize("sourced", [False, True])
+def test_a_computer_without_ros_wheels_is_told_to_source_ros(checkout, tmp_path, sourced):
+    (tmp_path / "bin").mkdir()
+    uname = tmp_path / "bin" / "uname"
+    uname.write_text("#!/bin/sh\necho aarch64\n", encoding="utf-8")
+    uname.chmod(0o755)
+    ros = tmp_path / "ros" / "share" / "rclpy"
+    ros.mkdir(parents=True)
+    (ros / "package.xml").touch()
+    more = {"AMENT_PREFIX_PATH": str(tmp_path / "ros"), "ROS_DISTRO": "jazzy"} if sourced else {}
+    code, said, _ = run([checkout / "scripts/setup"], PATH=f"{tmp_path / 'bin'}:/usr/bin:/bin", PYTHON="false", **more)
+    assert (code, "of kind aarch64" in said, "PYTHON" in said) == (2, not sourced, sourced), said
+
+
 @pytest.mark.parametrize("where", ["scripts/setup", "scripts/fly"])
 def test_another_checkout_s_environment_is_named_at_once(checkout, other, where):
     code, said, seconds = run([checkout / where], AMENT_PREFIX_PATH=f"{other}/install/quad_core:{other}/.venv")

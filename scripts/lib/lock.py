@@ -1,7 +1,8 @@
 """Renew requirements/lock.txt: every version and hash that scripts/setup installs where ROS 2 comes as wheels.
 
-One file serves Python 3.10 to 3.13 on Linux x86-64. It is resolved by `uv pip compile` from the other files of
-requirements/ and holds no address: pip asks the registry that it is set up for, and takes only files with these hashes.
+One file serves Python 3.10 to 3.13 on Linux, x86-64 and ARM64. It is resolved by `uv pip compile` from the other files
+of requirements/ and holds no address: pip asks the registry that it is set up for, and takes only files with these
+hashes.
 """
 
 import argparse
@@ -22,24 +23,21 @@ GROUPS = {
 APART = {"docs/lock": [], "vehicles/lock": ["--no-deps"]}
 """Locks of folders of their own, which change no other version, with further options of uv."""
 HEAD = """# Written by scripts/lib/lock.py; to renew: change the other files here and run it again.
-# Linux x86-64, Python 3.10 to 3.13. pip refuses a file whose hash is not here.
+# Linux x86-64 and ARM64, Python 3.10 to 3.13. pip refuses a file whose hash is not here.
 """
-PLATFORM = (
-    "sys_platform == 'linux' and platform_machine == 'x86_64' and platform_python_implementation == 'CPython' "
-    "and python_version < '3.14'"
-)
+PLATFORM = "sys_platform == 'linux' and platform_python_implementation == 'CPython' and python_version < '3.14'"
+MACHINES = ("x86_64", "aarch64")
 PROJECT = f"""[project]
 name = "lock"
 version = "0"
 requires-python = ">=3.10,<3.14"
 [tool.uv]
 environments = ["{PLATFORM}"]
-required-environments = ["{PLATFORM}"]
+required-environments = {[f"{PLATFORM} and platform_machine == '{machine}'" for machine in MACHINES]}
 """
 # True wherever the file is used.
 _ALWAYS = re.compile(
-    r"python_full_version < '3\.14'|platform_machine == 'x86_64'|platform_python_implementation == 'CPython'"
-    r"|sys_platform == 'linux'"
+    r"python_full_version < '3\.14'|platform_python_implementation == 'CPython'|sys_platform == 'linux'"
 )
 
 
