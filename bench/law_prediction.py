@@ -15,8 +15,8 @@ import sys
 from typing import Any
 
 from quad_core.cascade import STAGE
-from quad_core.geometry import ZERO, add, scale, turned
-from quad_core.prediction import Shown, ahead, angular_acceleration, explained, held_for
+from quad_core.geometry import ZERO, add, rotated_by_vector, scale
+from quad_core.prediction import Shown, ahead, angular_acceleration, held_for, modelled_acceleration
 from quad_core.prediction import predicting as predicted_law
 from quad_core.types import VehicleState
 from quad_flight.flight import fly, from_names
@@ -43,9 +43,11 @@ def simple(parameters, vehicle, known, state, actuation, dt):
     if form >= TORQUE and known.initialised:
         omega = add(omega, scale(age, angular_acceleration(vehicle, omega, actuation.torque_b)))
     if form >= GYRO:
-        q = turned(q, scale(0.5 * age, add(state.omega_b, omega)))
+        q = rotated_by_vector(q, scale(0.5 * age, add(state.omega_b, omega)))
     if form >= ACCELERATION and known.initialised:
-        acceleration = explained(vehicle, turned(q, scale(-0.5 * age, omega)) if form >= GYRO else q, actuation.thrust)
+        acceleration = modelled_acceleration(
+            vehicle, rotated_by_vector(q, scale(-0.5 * age, omega)) if form >= GYRO else q, actuation.thrust
+        )
     p, v = ahead(state.p_w, state.v_w, acceleration, age), add(state.v_w, scale(age, acceleration))
     now = VehicleState(p, v, q, omega)
     known = known._replace(reading=state, held=held, predicted=now, initialised=True)
@@ -68,7 +70,7 @@ def flown(delay, settings, form=0.0):
     flight = from_names("case2", settings=[f"simulator.sensor.delay={delay}", *settings])
     if form:
         laws = [resolved.plugins["law"].module for resolved in (flight.resolved[role] for role in CONTROLLERS)]
-        kinds: list[Any] = [STAGE[role].inputs for role in CONTROLLERS]
+        kinds: list[Any] = [STAGE[role].inputs_type for role in CONTROLLERS]
         stages = PerStage(*(predicted_law(law, kind, simple) for law, kind in zip(laws, kinds, strict=True)))
         flight = flight._replace(modules=flight.modules._replace(stages=stages))
     result = fly(flight, compiled=not form, logging=False)

@@ -15,7 +15,7 @@ import numpy as np
 
 from quad_core.cascade import STAGES
 from quad_dynamics import link
-from quad_dynamics.plant_side import Drawn
+from quad_dynamics.simulated_vehicle import RandomStreams
 from quad_flight.engine import python_engine
 from quad_flight.flight import Flight, from_names
 from quad_flight.loop import Start, take_off
@@ -59,11 +59,11 @@ def matrix(flight: Flight, size: float = SIZE) -> np.ndarray:
     link_line, linked = link.init()
     laws = zip(flight.modules.stages, setup.stages, strict=True)
     memory = PerStage(*(module.init(own, setup.vehicle) for module, own in laws))
-    start = Start(sensing, linked, memory, Signals(*(stage.output() for stage in STAGES)))
+    start = Start(sensing, linked, memory, Signals(*(stage.output_type() for stage in STAGES)))
     steps = math.lcm(setup.schedule.trajectory_steps, *setup.schedule.stage_steps)
     settled = round(SETTLED * 1e9 / period) // steps * steps
     weather = flight.modules.disturbance.draw(setup.disturbance, setup.vehicle, 1, SETTLED + 1.0)
-    drawn = Drawn(weather, flight.modules.sensing.draw(setup.sensing, 1, settled + steps), line, link_line)
+    drawn = RandomStreams(weather, flight.modules.sensing.draw(setup.sensing, 1, settled + steps), line, link_line)
     carry = engine.fly(setup, drawn, take_off(engine.functions, setup, drawn, start), settled, np.empty((0, 0)))
     late = max(sensing.ages)
     rows = [(carry.step - 1 - place) % len(line) for place in range(late)]

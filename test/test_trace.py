@@ -10,7 +10,7 @@ SCRIPT = Path(__file__).resolve().parents[1] / "scripts" / "trace"
 
 def test_both_ways_are_traced_from_their_first_file_to_their_last():
     found = subprocess.run(
-        [sys.executable, SCRIPT, "--max", "23", "9"], capture_output=True, text=True, timeout=240, check=False
+        [sys.executable, SCRIPT, "--max", "24", "9"], capture_output=True, text=True, timeout=240, check=False
     )
     assert found.returncode == 0, found.stdout + found.stderr
     step, gain, node, *_ = re.split(r"\n(?=aibs\.|one thrust)", found.stdout)
@@ -19,7 +19,7 @@ def test_both_ways_are_traced_from_their_first_file_to_their_last():
     for way in (gain, node):
         assert "quad_core/parameter_files.py" in way
         assert "quad_position_ctrl/aibs.py" in way
-    assert "quad_node/responder.py" in node
+    assert "quad_node/law_node.py" in node
     counted = [int(number) for number in re.findall(r": (\d+) files, ", found.stdout)]
     assert len(counted) == 5  # the step, the gain without ROS and over it, the thrust without ROS and over it
     assert all(5 <= number <= 40 for number in counted)

@@ -16,7 +16,7 @@ import fault_pages
 import table_pages
 
 from quad_core import plugins
-from quad_core.cascade import ALL_ROLES, GUESTS, OWNERS, ROLES
+from quad_core.cascade import ALL_ROLES, OPTIONAL_NODES, ROLES, VEHICLE_INTERFACES
 from quad_core.flight_parameters import FlightParameters
 from quad_core.parameters import Choice, Field, Flag, Real, Whole, fields
 from quad_core.vehicle import Vehicle
@@ -128,7 +128,7 @@ def message_section(name: str) -> str:
 def parameter_pages() -> dict[str, str]:
     """Return {file name: text} of docs/reference/parameters."""
     pages = {}
-    roles: dict[str, Any] = {**ROLES, **GUESTS, **OWNERS}
+    roles: dict[str, Any] = {**ROLES, **OPTIONAL_NODES, **VEHICLE_INTERFACES}
     for role, kind in roles.items():
         parts = [
             f"# {role}\n\n`ros2 run {ALL_ROLES[role].package} {role}`. {SUMMARIES[role]}\n",

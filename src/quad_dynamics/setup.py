@@ -24,7 +24,7 @@ setup(
         ],
         "quad.disturbance": [
             "held_gaussian = quad_dynamics.held_gaussian",
-            "none = quad_dynamics.calm",
+            "none = quad_dynamics.no_disturbance",
             "timeline = quad_dynamics.timeline",
         ],
         "quad.sensing": ["sensor = quad_dynamics.sensor"],

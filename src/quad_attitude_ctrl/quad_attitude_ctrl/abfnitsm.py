@@ -127,7 +127,7 @@ def step(
         filters=next_filters(shaping, filters, setpoint, dt),
         initialised=True,
     )
-    frozen = AxisFlags(rest.x or roll.dead, rest.y or pitch.dead, rest.z or yaw.dead)
+    frozen = AxisFlags(rest.x or roll.in_deadband, rest.y or pitch.in_deadband, rest.z or yaw.in_deadband)
     internals = shown((memory.roll, memory.pitch, memory.yaw), goal, states, (roll, pitch, yaw), torque.limited, frozen)
     return Wrench(setpoint.thrust, torque.torque), next_memory, internals
 

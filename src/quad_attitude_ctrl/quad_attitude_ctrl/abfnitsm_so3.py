@@ -127,7 +127,7 @@ def step(
     torque = limited_torque(command, limits)
 
     rest = integrals_frozen(parameters.anti_windup, torque.limited, inputs.actuation)
-    frozen = AxisFlags(rest.x or roll.dead, rest.y or pitch.dead, rest.z or yaw.dead)
+    frozen = AxisFlags(rest.x or roll.in_deadband, rest.y or pitch.in_deadband, rest.z or yaw.in_deadband)
     shaping = RotationShaping(
         parameters.command, parameters.roll.filter, parameters.pitch.filter, parameters.yaw.filter, parameters.widest
     )

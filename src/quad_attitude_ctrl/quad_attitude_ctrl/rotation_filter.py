@@ -35,8 +35,8 @@ from quad_core.geometry import (
     relative_attitude,
     rotate,
     rotate_inverse,
+    rotated_by_vector,
     scale,
-    turned,
     wrap_angle,
 )
 from quad_core.parameters import Choice, Real
@@ -117,7 +117,7 @@ def about_thrust(goal: Goal, turn: float) -> Goal:
     """Return ``goal`` turned by ``turn`` rad about its own thrust axis, its motion in the world unchanged."""
     other = Quat(0.0, 0.0, math.sin(0.5 * turn), math.cos(0.5 * turn))
     return Goal(
-        turned(goal.attitude, Vec3(0.0, 0.0, turn)),
+        rotated_by_vector(goal.attitude, Vec3(0.0, 0.0, turn)),
         rotate_inverse(other, goal.rates),
         rotate_inverse(other, goal.accelerations),
     )
@@ -150,7 +150,7 @@ def next_rotation(shaping: RotationShaping, state: RotationState, setpoint: Atti
     y = next_filter_state(FilterState(0.0, v.y, a.y, way.y), way.y, pitch.bandwidth, 1e6, dt)
     z = next_filter_state(FilterState(0.0, v.z, a.z, way.z), way.z, roll.bandwidth, 1e6, dt)
     return RotationState(
-        turned(state.attitude, Vec3(x.angle, y.angle, z.angle)),
+        rotated_by_vector(state.attitude, Vec3(x.angle, y.angle, z.angle)),
         Vec3(x.rate, y.rate, z.rate),
         Vec3(x.acceleration, y.acceleration, z.acceleration),
         reached,
@@ -165,7 +165,7 @@ def _moved(target: Quat, goal: Quat, most_x: float, most_y: float) -> Quat:
     if x == way.x and y == way.y:
         return goal
     # the thrust first, then the turn about it: as the way is measured
-    return turned(turned(target, Vec3(x, y, 0.0)), Vec3(0.0, 0.0, way.z))
+    return rotated_by_vector(rotated_by_vector(target, Vec3(x, y, 0.0)), Vec3(0.0, 0.0, way.z))
 
 
 def swing_twist(q: Quat) -> Vec3:

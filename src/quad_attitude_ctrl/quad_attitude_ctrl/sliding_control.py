@@ -228,7 +228,7 @@ class AxisState(NamedTuple):
 
 
 class AxisControl(NamedTuple):
-    """All that one axis computed in one step; ``dead``: inside a dead zone, Eq. 55.
+    """All that one axis computed in one step; ``in_deadband``: inside a dead zone, Eq. 55.
 
     ``exponent`` eta_phi1; ``integrand``, ``equivalent``, ``reaching`` and ``control`` = b_1 U_phi in rad/s^2;
     ``sliding`` s_1 in rad/s; ``adaptive`` the derivatives of the estimates.
@@ -241,7 +241,7 @@ class AxisControl(NamedTuple):
     reaching: float
     control: float
     adaptive: Estimates
-    dead: bool
+    in_deadband: bool
     lyapunov: float
     lyapunov_rate: float
 
@@ -270,7 +270,7 @@ def axis_control(gains: AxisGains, memory: AxisMemory, state: AxisState, exponen
         reaching=reaching,
         control=equivalent + reaching,
         adaptive=adaptive_rates(sliding, state.angle, state.rate, adaptation, form, gains.dead_zone, width),
-        dead=abs(sliding) <= gains.dead_zone,
+        in_deadband=abs(sliding) <= gains.dead_zone,
         lyapunov=lyapunov(error, sliding),
         lyapunov_rate=lyapunov_rate(
             error, memory.surface_integral, sliding, gains.linear_gain, gains.power_gain, gains.power, bound, width

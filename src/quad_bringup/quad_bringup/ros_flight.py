@@ -13,7 +13,7 @@ from quad_bringup import one_process, surroundings
 from quad_bringup.processes import Processes, describe_exit, executable
 from quad_bringup.supervisor import Interrupted, Interrupts, Outcome, Patience, Supervisor
 from quad_bringup.terminal import Progress, busy, complain, say
-from quad_core.cascade import OWNERS, ROLES, SHADOWS, SIMULATOR
+from quad_core.cascade import ROLES, SHADOWS, SIMULATOR, VEHICLE_INTERFACES
 from quad_core.cycle import seconds
 from quad_core.resolution import Resolved
 from quad_flight.set_up import parameter_file, summary
@@ -114,11 +114,11 @@ def _watch(flight: Planned, domain: int) -> FlightWatch:
 def _named(flight: Planned, role: str) -> str:
     """Return what a role is called: an owner of the vehicle by its own name."""
     name = Path(flight.own.get(role, [role])[0]).name
-    return name if name in OWNERS else role
+    return name if name in VEHICLE_INTERFACES else role
 
 
 def _start(processes: Processes, flight: Planned, parameters: Path) -> None:
-    owners = tuple(OWNERS) if SIMULATOR in flight.own else ()
+    owners = tuple(VEHICLE_INTERFACES) if SIMULATOR in flight.own else ()
     parameters.write_text(parameter_file(flight.nodes, flight.namespace, owners), encoding="utf-8")
     arguments = [*NO_FILES, "--params-file", str(parameters)]
     if flight.namespace:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from quad_bringup.processes import Processes, describe_exit
 from quad_bringup.terminal import complain
-from quad_core.cascade import COMMANDER, OWNERS, RECORDER, SHADOWS, SIMULATOR
+from quad_core.cascade import COMMANDER, RECORDER, SHADOWS, SIMULATOR, VEHICLE_INTERFACES
 from quad_core.enumerations import FlightClock
 from quad_core.resolution import Resolved
 from quad_core.signals import ONE_REQUEST, ending, repeats
@@ -24,7 +24,9 @@ _WIND_UP = 20.0
 _ONE_REQUEST = 2.0 * ONE_REQUEST  # what is passed on as a second one must be one for a node, too
 _LANDING = 4.0 * 3600.0  # s for the longest way down, 1 km on a busy machine
 _SECOND = "a second signal (Ctrl-C) stops the motors where it is"
-LANDED_WITHOUT = {role for role, owner in OWNERS.items() if owner.autopilot_lands and not owner.flies_on_estimate}
+LANDED_WITHOUT = {
+    role for role, owner in VEHICLE_INTERFACES.items() if owner.autopilot_lands and not owner.flies_on_estimate
+}
 """The vehicle's owners without which an autopilot lands it."""
 _SLOWEST = 20.0  # s by the clock in which a busy machine flies the 2 s after which a commander in lockstep lands
 

@@ -4,10 +4,10 @@ import argparse
 from pathlib import Path
 
 from quad_bringup.processes import executable
-from quad_core.cascade import OWNERS, SIMULATOR
+from quad_core.cascade import SIMULATOR, VEHICLE_INTERFACES
 from quad_core.parameters import ParameterError
 
-INTERFACES = {interface.name: role for role, interface in OWNERS.items() if interface.name}
+INTERFACES = {interface.name: role for role, interface in VEHICLE_INTERFACES.items() if interface.name}
 """{name: role} of the vehicle interfaces that fly can start."""
 AUTOPILOT = "autopilot"
 """The limits of flights on an autopilot's estimate."""
@@ -21,7 +21,7 @@ def commands(options: argparse.Namespace) -> dict[str, list[str]]:
     expected = f"--vehicle-owner: found {options.vehicle_owner!r}, expected"
     if name not in INTERFACES:
         raise ParameterError(f"{expected} one of {', '.join(INTERFACES)}, and =FILE with its parameters")
-    interface = OWNERS[INTERFACES[name]]
+    interface = VEHICLE_INTERFACES[INTERFACES[name]]
     page = interface.page
     if not file:
         raise ParameterError(f"{expected} {name}=FILE: the vehicle's own parameters, {page}")
@@ -41,4 +41,4 @@ def commands(options: argparse.Namespace) -> dict[str, list[str]]:
 def settings(options: argparse.Namespace) -> list[str]:
     """Return what the bridge needs of the other nodes, as --set takes it; the user's settings come after it."""
     name = (options.vehicle_owner or "").partition("=")[0]
-    return list(OWNERS[INTERFACES[name]].settings) if name in INTERFACES else []
+    return list(VEHICLE_INTERFACES[INTERFACES[name]].settings) if name in INTERFACES else []

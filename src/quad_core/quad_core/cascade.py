@@ -36,7 +36,7 @@ STAGES = roles.in_order(tuple(roles.registered(roles.STAGES, Stage).values()))
 STAGE = {stage.role: stage for stage in STAGES}
 """{role: its row}."""
 
-COMMAND, COMMANDING = STAGES[-1].gives, STAGES[-1].role
+COMMAND, COMMANDING = STAGES[-1].output, STAGES[-1].role
 """The only topic that a vehicle follows, and the role that gives it."""
 
 
@@ -93,7 +93,9 @@ SIGNALS = {
             only_with=COMMANDER,
         ),
         *(
-            Signal(stage.gives, stage.output, stage.role, stage.paper, _WATCHED.get(stage.role, ()), required=True)
+            Signal(
+                stage.output, stage.output_type, stage.role, stage.paper, _WATCHED.get(stage.role, ()), required=True
+            )
             for stage in STAGES
         ),
         *(Signal(stage.internals_topic, stage.internals, stage.role, stage.paper) for stage in STAGES),
@@ -110,14 +112,14 @@ ROLES = {
 }
 """The nodes of a flight."""
 
-GUESTS = {RELAY: Role("quad_node", OdometryRelayParameters, {}), **roles.registered(roles.NODES, Role)}
+OPTIONAL_NODES = {RELAY: Role("quad_node", OdometryRelayParameters, {}), **roles.registered(roles.NODES, Role)}
 """Optional nodes; named in ``flight.roles`` they take part in the handshake."""
 
-OWNERS = roles.registered(roles.VEHICLES, VehicleInterface)
+VEHICLE_INTERFACES = roles.registered(roles.VEHICLES, VehicleInterface)
 """Nodes that take the simulator's role in a flight: they own another vehicle, or an autopilot flies their plant."""
 
 SHADOW = "shadow_"
 SHADOWS = {SHADOW + stage.role: ROLES[stage.role] for stage in STAGES}
 """Second controllers that answer in parallel to the flying ones: recorded, but not used. A flight goes on without."""
 
-ALL_ROLES: Mapping[str, Role | VehicleInterface] = {**ROLES, **GUESTS, **OWNERS, **SHADOWS}
+ALL_ROLES: Mapping[str, Role | VehicleInterface] = {**ROLES, **OPTIONAL_NODES, **VEHICLE_INTERFACES, **SHADOWS}

@@ -91,7 +91,7 @@ PROGRESS = 0.1  # m by which the least error has to fall to count as nearer
 LIMIT_FLAGS = tuple(name for name in PositionInternals._fields if name.endswith("_limited"))
 
 
-class Behind(NamedTuple):
+class ReferenceLag(NamedTuple):
     """The spell in which the vehicle is behind its reference: times are stamps of states in ns, -1: none.
 
     ``since_ns``: when the spell began. ``least``: the least error in m, ``nearer_ns``: when it last fell by PROGRESS.
@@ -125,7 +125,7 @@ def never_behind(_: Any) -> float:
     return 0.0
 
 
-def behind_check(kind: type[Any]) -> Callable[[Any], float]:
+def lag_check(kind: type[Any]) -> Callable[[Any], float]:
     """Return ``distance_behind`` for internals of ``kind``, ``never_behind`` where it lacks a field that counts."""
     return distance_behind if {"position_error", *LIMIT_FLAGS} <= {*kind._fields} else never_behind
 
@@ -135,15 +135,15 @@ def limits_met(internals: PositionInternals) -> str:
     return ", ".join(name.removesuffix("_limited") for name in LIMIT_FLAGS if getattr(internals, name))
 
 
-def followed(behind: Behind, distance: float, stamp_ns: int) -> Behind:
+def followed(behind: ReferenceLag, distance: float, stamp_ns: int) -> ReferenceLag:
     """Return ``behind`` after the state of ``stamp_ns``, at which the vehicle was ``distance`` m behind (0: not)."""
     if distance == 0.0:
-        return Behind(-1, -1, 0.0, behind.infeasible_ns)
+        return ReferenceLag(-1, -1, 0.0, behind.infeasible_ns)
     if behind.since_ns < 0:
-        return Behind(stamp_ns, stamp_ns, distance, behind.infeasible_ns)
+        return ReferenceLag(stamp_ns, stamp_ns, distance, behind.infeasible_ns)
     if distance < behind.least - PROGRESS:
-        return Behind(behind.since_ns, stamp_ns, distance, behind.infeasible_ns)
+        return ReferenceLag(behind.since_ns, stamp_ns, distance, behind.infeasible_ns)
     infeasible = behind.infeasible_ns
     if infeasible < 0 and (stamp_ns - behind.nearer_ns) / 1e9 > INFEASIBLE_TIME:
         infeasible = stamp_ns
-    return Behind(behind.since_ns, behind.nearer_ns, behind.least, infeasible)
+    return ReferenceLag(behind.since_ns, behind.nearer_ns, behind.least, infeasible)

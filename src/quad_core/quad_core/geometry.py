@@ -125,7 +125,7 @@ def relative_attitude(base: Quat, q: Quat) -> Quat:
     )
 
 
-def turned(q: Quat, turn: Vec3) -> Quat:
+def rotated_by_vector(q: Quat, turn: Vec3) -> Quat:
     """Return q exp(turn): ``q`` turned by the rotation vector ``turn`` in rad about its own axes."""
     x, y, z = 0.5 * turn.x, 0.5 * turn.y, 0.5 * turn.z
     angle = norm(Vec3(x, y, z))

@@ -119,7 +119,7 @@ def upright(vehicle: Vehicle, state: VehicleState) -> Vec3:
     )
 
 
-def apart(inputs: PositionInputs) -> tuple[Vec3, Vec3]:
+def horizontal_error(inputs: PositionInputs) -> tuple[Vec3, Vec3]:
     """Return how far in m, and with which speed in m/s, the vehicle is off its reference in the horizontal plane."""
     p, v, reference = inputs.state.p_w, inputs.state.v_w, inputs.reference
     return (
@@ -194,7 +194,7 @@ def _position_step(law: Callable[..., Any], kind: Any) -> Callable[..., Any]:
         distance, speed, returns = memory.distance, memory.speed, memory.returns
         if on_ground:
             seen, returns = straight_up(inputs), True
-            distance, speed = apart(inputs)
+            distance, speed = horizontal_error(inputs)
         elif returns:
             pull = add(scale(-RETURN * RETURN, distance), scale(-2.0 * RETURN, speed))
             seen = shifted(inputs, distance, speed, pull)

@@ -28,7 +28,7 @@ from functools import cache
 from types import ModuleType
 from typing import Annotated, Any, NamedTuple
 
-from quad_core.geometry import ZERO, add, body_z, cross, relative_attitude, scale, subtract, turned
+from quad_core.geometry import ZERO, add, body_z, cross, relative_attitude, rotated_by_vector, scale, subtract
 from quad_core.parameters import Flag, Real
 from quad_core.records import field_kinds, referable
 from quad_core.types import Actuation, Quat, Vec3, VehicleState, fresh
@@ -93,9 +93,9 @@ def predict(
     held = held_for(known, state, dt)
     longest = parameters.max_age
     age = Vec3(
-        said_or(state.position_age, parameters.position_age) + held.x,
-        said_or(state.attitude_age, parameters.attitude_age) + held.y,
-        said_or(state.rate_age, parameters.rate_age) + held.z,
+        age_or_default(state.position_age, parameters.position_age) + held.x,
+        age_or_default(state.attitude_age, parameters.attitude_age) + held.y,
+        age_or_default(state.rate_age, parameters.rate_age) + held.z,
     )
     ages = Vec3(min(longest, age.x), min(longest, age.y), min(longest, age.z))
     bounded = age.x > longest or age.y > longest or age.z > longest
@@ -108,14 +108,15 @@ def predict(
     if parameters.rate_smoothing > 0.0 and known.initialised:
         expected = add(known.predicted.omega_b, scale(dt, angular))
         omega = moved_towards(expected, omega, parameters.rate_smoothing, dt)
-    q = turned(state.q_wb, scale(ages.y, subtract(omega, scale(0.5 * ages.y, mean))))
+    q = rotated_by_vector(state.q_wb, scale(ages.y, subtract(omega, scale(0.5 * ages.y, mean))))
     if parameters.attitude_smoothing > 0.0 and known.initialised:
         before = known.predicted
-        expected_q = turned(before.q_wb, scale(0.5 * dt, add(before.omega_b, omega)))
+        expected_q = rotated_by_vector(before.q_wb, scale(0.5 * dt, add(before.omega_b, omega)))
         q = turned_towards(expected_q, q, parameters.attitude_smoothing, dt)
     acceleration = ZERO
     if known.initialised:
-        acceleration = explained(vehicle, turned(q, scale(-0.5 * ages.x, omega)), actuation.thrust)
+        middle = rotated_by_vector(q, scale(-0.5 * ages.x, omega))
+        acceleration = modelled_acceleration(vehicle, middle, actuation.thrust)
     p = ahead(state.p_w, state.v_w, acceleration, ages.x)
     v = add(state.v_w, scale(ages.x, acceleration))
     if state.velocity_age > 0.0 and state.velocity_age != state.position_age:
@@ -158,7 +159,7 @@ def held_for(known: Estimate, state: VehicleState, dt: float) -> Vec3:
     )
 
 
-def said_or(said: float, assumed: float) -> float:
+def age_or_default(said: float, assumed: float) -> float:
     """Return the age in s that a state says, else the one that the parameters assume."""
     return said if said > 0.0 else assumed
 
@@ -170,7 +171,7 @@ def angular_acceleration(vehicle: Vehicle, omega: Vec3, torque: Vec3) -> Vec3:
     return Vec3((torque.x - turning.x) / xx, (torque.y - turning.y) / yy, (torque.z - turning.z) / zz)
 
 
-def explained(vehicle: Vehicle, q: Quat, thrust: float) -> Vec3:
+def modelled_acceleration(vehicle: Vehicle, q: Quat, thrust: float) -> Vec3:
     """Return f/m b_z - g e_z in m/s^2, world frame; ``thrust`` in N."""
     axis, lift = body_z(q), thrust / vehicle.mass
     return Vec3(lift * axis.x, lift * axis.y, lift * axis.z - vehicle.gravity)
@@ -197,7 +198,7 @@ def turned_towards(q: Quat, target: Quat, rate: float, dt: float) -> Quat:
     share = 2.0 * (1.0 - math.exp(-rate * dt))
     if apart.w < 0.0:
         share = -share
-    return turned(q, Vec3(share * apart.x, share * apart.y, share * apart.z))
+    return rotated_by_vector(q, Vec3(share * apart.x, share * apart.y, share * apart.z))
 
 
 @cache

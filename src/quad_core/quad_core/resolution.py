@@ -39,7 +39,7 @@ class Resolved(NamedTuple):
     def law(self) -> Plugin:
         """The law of a stage as it flies: on predicted states where that is enabled, and with lift-off."""
         law = self.plugins["law"]
-        inputs: Any = STAGE[self.role.removeprefix(SHADOW)].inputs
+        inputs: Any = STAGE[self.role.removeprefix(SHADOW)].inputs_type
         prediction = getattr(self.node, "prediction", None)
         if prediction is not None and prediction.enabled:
             module = predicting(law.module, inputs)

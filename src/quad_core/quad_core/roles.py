@@ -31,19 +31,19 @@ class Input(NamedTuple):
 class Stage(NamedTuple):
     """One law between reference and rotors, run by a node of its own.
 
-    ``inputs`` is what its ``step`` gets: the state, then one field per row of ``takes``. ``internals`` is the class of
-    what the law computed; the message of the same name, of package ``messages``, carries it, and a law's own further
-    numbers travel in its field ``extra``.
+    ``inputs_type`` is what its ``step`` gets: the state, then one field per row of ``inputs``. ``output``: the topic
+    of its answer, an ``output_type``. ``internals`` is the class of what the law computed. The message of the same
+    name, of package ``messages``, carries it, and a law's own further numbers travel in its field ``extra``.
     """
 
     role: str
     package: str
     group: str
     parameters: type[Any]
-    inputs: type[Any]
-    takes: tuple[Input, ...]
-    gives: str
-    output: type[Any]
+    inputs_type: type[Any]
+    inputs: tuple[Input, ...]
+    output: str
+    output_type: type[Any]
     internals: type[Any]
     paper: str = ""
     messages: str = "quad_msgs"
@@ -106,13 +106,13 @@ def in_order(stages: Sequence[Stage]) -> tuple[Stage, ...]:
     """
     left, found = sorted(stages), []
     while left:
-        topics = {stage.gives for stage in left}
-        free = [stage for stage in left if not any(taken.lag == 0 and taken.topic in topics for taken in stage.takes)]
+        topics = {stage.output for stage in left}
+        free = [stage for stage in left if not any(taken.lag == 0 and taken.topic in topics for taken in stage.inputs)]
         if not free:
             raise plugins.PluginError(f"{STAGES}: {', '.join(stage.role for stage in left)} wait for one another")
         found.append(free[0])
         left.remove(free[0])
-    if not found or found[-1].output.__name__ != "Wrench":
+    if not found or found[-1].output_type.__name__ != "Wrench":
         last = found[-1].role if found else "no stage"
         raise plugins.PluginError(f"{STAGES}: found {last} last, expected a stage that gives a wrench: scripts/setup")
     return tuple(found)

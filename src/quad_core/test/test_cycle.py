@@ -9,12 +9,12 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from quad_core.cycle import (
-    Behind,
-    behind_check,
+    ReferenceLag,
     distance_behind,
     followed,
     is_faulty,
     is_flyable,
+    lag_check,
     limits_met,
     never_behind,
     seconds,
@@ -101,14 +101,14 @@ def test_a_law_without_limits_is_not_judged_by_them():
     class Own(NamedTuple):
         position_error: Vec3 = Vec3()
 
-    assert behind_check(Own) is never_behind
+    assert lag_check(Own) is never_behind
     assert never_behind(Own(Vec3(9.0, 0.0, 0.0))) == 0.0
-    assert behind_check(PositionInternals) is distance_behind
+    assert lag_check(PositionInternals) is distance_behind
 
 
 def spell(distances):
     """Return after which of ``distances`` (time in s, distance in m) the reference first counts as infeasible."""
-    behind, first = Behind(), None
+    behind, first = ReferenceLag(), None
     for time, distance in distances:
         behind = followed(behind, distance, round(time * 1e9))
         if behind.infeasible_ns >= 0 and first is None:
@@ -137,6 +137,6 @@ def test_coming_back_to_a_distance_reached_before_is_no_progress():
 
 
 def test_it_stays_infeasible_after_the_spell():
-    behind = Behind(10**9, 2 * 10**9, 3.0, 5 * 10**9)
-    assert followed(behind, 0.0, 10**10) == Behind(-1, -1, 0.0, 5 * 10**9)
+    behind = ReferenceLag(10**9, 2 * 10**9, 3.0, 5 * 10**9)
+    assert followed(behind, 0.0, 10**10) == ReferenceLag(-1, -1, 0.0, 5 * 10**9)
     assert followed(behind, 3.0, 10**10).infeasible_ns == 5 * 10**9

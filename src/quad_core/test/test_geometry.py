@@ -85,7 +85,9 @@ def test_relative_attitude_and_turned_are_those_of_scipy(base, angles, turn):
         Rotation.from_quat(geometry.relative_attitude(first, second)).as_matrix(), (a.inv() * b).as_matrix(), atol=1e-12
     )
     by_turn = (a * Rotation.from_rotvec(turn)).as_matrix()
-    np.testing.assert_allclose(Rotation.from_quat(geometry.turned(first, turn)).as_matrix(), by_turn, atol=1e-12)
+    np.testing.assert_allclose(
+        Rotation.from_quat(geometry.rotated_by_vector(first, turn)).as_matrix(), by_turn, atol=1e-12
+    )
 
 
 @settings(deadline=None)

@@ -123,7 +123,7 @@ def test_a_stage_without_place_or_attitude_only_forgets():
         output, memory, _ = module.step(own.parameters, Vehicle(), first, given, 0.002)
         assert output == own.module.step(own.parameters, Vehicle(), first, given, 0.002)[0]
         assert (memory == first) == on_ground
-    assert STAGE[ATTITUDE].inputs is AttitudeInputs
+    assert STAGE[ATTITUDE].inputs_type is AttitudeInputs
 
 
 def risen(offset, heights, drift=0.0, tells=True):

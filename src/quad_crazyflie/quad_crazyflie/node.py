@@ -100,7 +100,7 @@ class CrazyflieBridge:
         self._cf.connection_lost.add_callback(self._on_problem)
         self._cf.open_link(self.settings.uri)
         self.node.measures.append(self._measured)
-        self.node.links.subscribe(STAGE[POSITION].gives, self._take_setpoint, raw=True)
+        self.node.links.subscribe(STAGE[POSITION].output, self._take_setpoint, raw=True)
         self.node.every(LOOK, self.read)
         self.node.every(BEAT, self.step)
 

@@ -8,7 +8,14 @@ from quad_core.lift_off import airborne, standing
 from quad_core.resolution import Resolved
 from quad_core.types import Actuation, Conditions, Disturbance, VehicleState, Wrench, with_ground
 from quad_dynamics import link
-from quad_dynamics.plant_side import Drawn, Memory, Side, differs, receive, side_functions
+from quad_dynamics.simulated_vehicle import (
+    Memory,
+    RandomStreams,
+    SimulatedVehicle,
+    receive,
+    sensing_is_active,
+    vehicle_functions,
+)
 from quad_guard.checks import WrenchCommand
 from quad_guard.ending import has_ground, stands
 
@@ -16,7 +23,7 @@ _FIRST_LENGTH = 120.0
 
 
 class PlantModel:
-    """Holds what the vehicle's side remembers between steps (``plant_side``). Step k covers [k, k+1) plant periods.
+    """What the ``simulated_vehicle`` remembers between steps. Step k covers [k, k+1) plant periods.
 
     ``truth`` is the true state, ``state`` what the controllers see of it, ``conditions`` what acts: all of the step
     that comes next. ``armed``: the motors may turn. ``actuated_step``: the step of ``actuation``.
@@ -27,8 +34,10 @@ class PlantModel:
         plant, weather, sensing = (resolved.plugins[slot] for slot in ("plant", "disturbance", "sensing"))
         self._plant, self._weather, self._sensing = plant, weather, sensing
         self._seed, period = resolved.flight.seed, resolved.flight.plant_period
-        self._side = Side(resolved.vehicle, period, plant.parameters, weather.parameters, sensing.parameters)
-        self._do = side_functions(plant.module, sensing.module)
+        self._side = SimulatedVehicle(
+            resolved.vehicle, period, plant.parameters, weather.parameters, sensing.parameters
+        )
+        self._do = vehicle_functions(plant.module, sensing.module)
         self._sensing_line, sensed = sensing.module.init(sensing.parameters, period)
         self._link_line, linked = link.init()
         self._commanded = Wrench()
@@ -49,7 +58,7 @@ class PlantModel:
         self._covered, side = steps, self._side
         weather = self._weather.module.draw(side.disturbance, side.vehicle, self._seed, seconds(steps, side.period))
         noise = self._sensing.module.draw(side.sensing, self._seed, steps)
-        self._drawn = Drawn(weather, noise, self._sensing_line, self._link_line)
+        self._drawn = RandomStreams(weather, noise, self._sensing_line, self._link_line)
 
     @property
     def actuation(self) -> Actuation:
@@ -106,7 +115,7 @@ class PlantModel:
         side, drawn = self._side, self._drawn
         self.conditions = self._weather.module.sample(side.disturbance, drawn.weather, seconds(step, side.period))
         self.state = self.truth
-        if not self.armed or differs(self._memory, self.conditions):
+        if not self.armed or sensing_is_active(self._memory, self.conditions):
             self.state, self._memory = self._do.sense(
                 side, drawn, self._memory, self.truth, self.conditions, self.armed, step
             )

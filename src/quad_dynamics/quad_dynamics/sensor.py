@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quad_core.cycle import is_faulty, seconds
-from quad_core.geometry import add, turned
+from quad_core.geometry import add, rotated_by_vector
 from quad_core.parameters import Real, Whole
 from quad_core.types import Quat, SensorFault, Vec3, VehicleState, fresh, with_ages
 
@@ -157,7 +157,7 @@ def sampled(parameters: Parameters, table: NDArray[np.float64], row: int, truth:
     turn = errors(table, row, 6, parameters.attitude_bias, parameters.attitude_noise)
     q = truth.q_wb
     if turn.x != 0.0 or turn.y != 0.0 or turn.z != 0.0:
-        q = turned(q, turn)
+        q = rotated_by_vector(q, turn)
     position = errors(table, row, 0, parameters.position_bias, parameters.position_noise)
     velocity = errors(table, row, 3, parameters.velocity_bias, parameters.velocity_noise)
     rates = errors(table, row, 9, parameters.rate_bias, parameters.rate_noise)

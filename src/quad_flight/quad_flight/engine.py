@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 
 from quad_core import compilation
 from quad_core.compilation import compiled
-from quad_core.cycle import behind_check
-from quad_dynamics.plant_side import side_functions
+from quad_core.cycle import lag_check
+from quad_dynamics.simulated_vehicle import vehicle_functions
 from quad_flight import rows, stages
 from quad_flight.loop import Functions, fly_of
 
@@ -55,14 +55,14 @@ class Engine(NamedTuple):
 def python_engine(modules: Modules) -> Engine:
     """Return the loop as plain Python."""
     functions = Functions(
-        side_functions(modules.plant, modules.sensing),
+        vehicle_functions(modules.plant, modules.sensing),
         modules.plant.lumped,
         modules.disturbance.sample,
         lru_cache(PLANS)(modules.trajectory.plan),
         modules.trajectory.sample,
         modules.trajectory.duration,
         stages.answer_of(modules.stages),
-        behind_check(modules.stages.position_controller.Internals),
+        lag_check(modules.stages.position_controller.Internals),
     )
     return Engine(functions, fly_of(functions), fly_of(functions, rows.writer(modules.stages)))
 

@@ -14,10 +14,10 @@ from quad_core.parameters import ParameterError, Value
 from quad_core.records import builder, leaves
 from quad_core.resolution import Resolved, check_agreement, resolve
 from quad_dynamics import link
-from quad_dynamics.plant_side import Drawn
+from quad_dynamics.simulated_vehicle import RandomStreams
 from quad_flight import loop, rows
 from quad_flight.engine import Engine, EngineError, Modules, compiled_engine, explain, python_engine, signs_of_life
-from quad_flight.loop import NOTHING_SCORED, Carry, Schedule, Score, Setup, Start, take_off
+from quad_flight.loop import NOTHING_SCORED, LoopState, Schedule, Score, Setup, Start, take_off
 from quad_flight.set_up import Request, resolve_flight
 from quad_flight.stages import PerStage, Signals
 from quad_guard.ending import described, has_ground, stands
@@ -168,13 +168,13 @@ def _fly(flight: Flight, engine: Engine, logging: bool) -> Result:
     memory = PerStage(
         *(module.init(own, setup.vehicle) for module, own in zip(flight.modules.stages, setup.stages, strict=True))
     )
-    start = Start(sensing, linked, memory, Signals(*(stage.output() for stage in STAGES)))
+    start = Start(sensing, linked, memory, Signals(*(stage.output_type() for stage in STAGES)))
     try:
-        carry = take_off(engine.functions, setup, Drawn(*_drawn(flight, 1), sensing_line, link_line), start)
+        carry = take_off(engine.functions, setup, RandomStreams(*_drawn(flight, 1), sensing_line, link_line), start)
     except ValueError as error:  # as the nodes, which end such a flight with the event plan_refused
         return Result(OUTCOMES[loop.REFUSED], 0, 0, float("nan"), NOTHING_SCORED, {}, reason=str(error))
     first = flight.modules.trajectory.sample(setup.trajectory, carry.plan, 0.0)
-    drawn = Drawn(*_drawn(flight, carry.end), sensing_line, link_line)
+    drawn = RandomStreams(*_drawn(flight, carry.end), sensing_line, link_line)
     topics: dict[str, NDArray[Any]] = {}
     if logging:
         carry, blocks = _logged(flight, engine, drawn, carry)
@@ -195,7 +195,9 @@ def _fly(flight: Flight, engine: Engine, logging: bool) -> Result:
     )
 
 
-def _logged(flight: Flight, engine: Engine, drawn: Drawn, carry: Carry) -> tuple[Carry, list[rows.Block]]:
+def _logged(
+    flight: Flight, engine: Engine, drawn: RandomStreams, carry: LoopState
+) -> tuple[LoopState, list[rows.Block]]:
     """Fly to the end block by block, so that little memory stands ready."""
     width = len(rows.names(flight.modules.stages))
     length = max(1, round(_BLOCK_SECONDS * 1e9 / flight.setup.schedule.plant_period))

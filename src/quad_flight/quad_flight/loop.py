@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from quad_core.cycle import Behind, followed, is_flyable, seconds, steps_to_cover
+from quad_core.cycle import ReferenceLag, followed, is_flyable, seconds, steps_to_cover
 from quad_core.enumerations import GuardMode, GuardRequest
 from quad_core.geometry import dot, subtract
 from quad_core.guard_parameters import GuardParameters
@@ -17,8 +17,14 @@ from quad_core.lift_off import airborne, standing
 from quad_core.types import Actuation, Disturbance, TrajectoryPoint, Vec3, VehicleState, with_ground
 from quad_core.vehicle import Vehicle
 from quad_dynamics.link import Memory as LinkMemory
-from quad_dynamics.plant_side import Drawn, Side, SideFunctions, differs, receive
-from quad_dynamics.plant_side import Memory as SideMemory
+from quad_dynamics.simulated_vehicle import Memory as VehicleMemory
+from quad_dynamics.simulated_vehicle import (
+    RandomStreams,
+    SimulatedVehicle,
+    VehicleFunctions,
+    receive,
+    sensing_is_active,
+)
 from quad_guard.checks import StateSample
 from quad_guard.ending import is_down
 from quad_guard.guard import FRESH_MEMORY
@@ -43,7 +49,7 @@ Function = Callable[..., Any]
 class Functions(NamedTuple):
     """What the loop calls of a flight's plug-ins. ``side``: those of the vehicle; ``answer``: all stages together."""
 
-    side: SideFunctions
+    side: VehicleFunctions
     plant_lumped: Function
     disturbance_sample: Function
     trajectory_plan: Function
@@ -129,7 +135,7 @@ class Start(NamedTuple):
     signals: Any
 
 
-class Carry(NamedTuple):
+class LoopState(NamedTuple):
     """All that one step hands to the next. ``step`` is the next plant step, ``end`` the first not flown.
 
     ``refused``: number of the stage that was refused, from 1; 0: none. ``side``: what the vehicle's side remembers.
@@ -139,14 +145,14 @@ class Carry(NamedTuple):
     end: int
     outcome: int
     refused: int
-    side: SideMemory
+    side: VehicleMemory
     plan: Any
     memory: Any
     reference: TrajectoryPoint
     signals: Any
     guard: GuardMemory
     score: Score
-    behind: Behind
+    behind: ReferenceLag
 
 
 class Row(NamedTuple):
@@ -161,12 +167,12 @@ class Row(NamedTuple):
     internals: Any
 
 
-def side_of(setup: Setup) -> Side:
+def side_of(setup: Setup) -> SimulatedVehicle:
     """Return what does not change of the vehicle's side."""
-    return Side(setup.vehicle, setup.schedule.plant_period, setup.plant, setup.disturbance, setup.sensing)
+    return SimulatedVehicle(setup.vehicle, setup.schedule.plant_period, setup.plant, setup.disturbance, setup.sensing)
 
 
-def take_off(functions: Functions, setup: Setup, drawn: Drawn, start: Start) -> Carry:
+def take_off(functions: Functions, setup: Setup, drawn: RandomStreams, start: Start) -> LoopState:
     """Return the flight before step 0: plant at its initial state, trajectory planned from what is seen of it.
 
     It runs once per flight, in plain Python.
@@ -182,7 +188,7 @@ def take_off(functions: Functions, setup: Setup, drawn: Drawn, start: Start) -> 
         state = with_ground(state, lift.ground_z, lift.on_ground)
     plan = functions.trajectory_plan(setup.trajectory, setup.vehicle, state)
     duration = functions.trajectory_duration(setup.trajectory, plan)
-    return Carry(
+    return LoopState(
         step=0,
         end=steps_to_cover(duration, setup.schedule.plant_period),
         outcome=FLYING if is_flyable(truth) else DIVERGED,
@@ -194,7 +200,7 @@ def take_off(functions: Functions, setup: Setup, drawn: Drawn, start: Start) -> 
         signals=start.signals,
         guard=FRESH_MEMORY,
         score=NOTHING_SCORED,
-        behind=Behind(),
+        behind=ReferenceLag(),
     )
 
 
@@ -209,7 +215,7 @@ def fly_of(functions: Functions, write: Any = None) -> Function:
     distance_behind = functions.distance_behind
     is_logging = write is not None
 
-    def fly(setup: Setup, drawn: Drawn, carry: Carry, steps: int, rows: Any) -> Carry:
+    def fly(setup: Setup, drawn: RandomStreams, carry: LoopState, steps: int, rows: Any) -> LoopState:
         """Return the flight ``steps`` plant steps later, sooner at its end; if it logs, ``rows`` gets a row per step.
 
         The outcome is DIVERGED when the true state is no longer flyable, REFUSED when a stage was refused: that step
@@ -244,7 +250,7 @@ def fly_of(functions: Functions, write: Any = None) -> Function:
             conditions = disturbance_sample(setup.disturbance, drawn.weather, time)
             state = truth
             # Numba counts references to the arrays of a call: skipping `sense` saves a tenth of a step
-            if differs(side, conditions):
+            if sensing_is_active(side, conditions):
                 state, side = sense(fixed, drawn, side, truth, conditions, True, k)
             # the last stage's output is the command that the vehicle obeys
             before = signals[-1]
@@ -295,7 +301,7 @@ def fly_of(functions: Functions, write: Any = None) -> Function:
                     if guard.mode == GuardMode.PASS:
                         outcome = ENDED if behind.infeasible_ns < 0 else INFEASIBLE
 
-        return Carry(
+        return LoopState(
             step=k,
             end=carry.end,
             outcome=outcome,

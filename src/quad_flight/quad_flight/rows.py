@@ -27,7 +27,7 @@ def logged(stages: Any) -> list[tuple[str, str, type[Any], int]]:
     """
     found = [(signal.topic, signal.topic, signal.kind, 0) for signal in SIGNALS.values() if signal.topic in Row._fields]
     for number, (stage, module) in enumerate(zip(STAGES, stages, strict=True), start=1):
-        found.append((stage.gives, f"signals.{stage.gives}", stage.output, number))
+        found.append((stage.output, f"signals.{stage.output}", stage.output_type, number))
         found.append((stage.internals_topic, f"internals.{stage.role}", module.Internals, number))
     return found
 

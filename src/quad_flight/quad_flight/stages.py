@@ -20,7 +20,7 @@ from quad_core.roles import Stage
 PerStage: Any = namedtuple("PerStage", [stage.role for stage in STAGES])  # type: ignore[misc]
 """One value for each stage: its module, its parameters, its memory, its period in plant steps, ..."""
 
-Signals: Any = namedtuple("Signals", [stage.gives for stage in STAGES])  # type: ignore[misc]
+Signals: Any = namedtuple("Signals", [stage.output for stage in STAGES])  # type: ignore[misc]
 """The newest output of each stage; the last one is the command that the vehicle obeys."""
 
 OUTSIDE = ("state", "reference")
@@ -37,12 +37,12 @@ def places(stages: Sequence[Stage], number: int) -> tuple[int, ...]:
     Counted in (state, reference, actuation, signals of the step before, outputs of the stages before it in this step).
     Raises ValueError for an input that the stage cannot have when it is due.
     """
-    every = [stage.gives for stage in stages]
+    every = [stage.output for stage in stages]
     earlier = every[: number - 1]
     now = [*OUTSIDE, *[""] * (len(BEFORE) + len(every)), *earlier]
     before = [*[""] * len(OUTSIDE), *BEFORE, *every]
     found = [0]
-    for topic, lag in stages[number - 1].takes:
+    for topic, lag in stages[number - 1].inputs:
         offered = {0: now, 1: before}.get(lag, [])
         if topic not in offered:
             known = f"{', '.join((*OUTSIDE, *earlier))} or, with lag 1, {', '.join((*BEFORE, *every))}"
@@ -81,9 +81,9 @@ def _none(setup: Any, memory: Any, signals: Any, internals: Any, given: Any, k: 
 def _followed_by(earlier: Function, number: int, stage: Stage, module: ModuleType) -> Function:
     """Return ``earlier`` and after it stage ``number`` with the ``step`` of ``module``."""
     at = number - 1
-    step, inputs = module.step, stage.inputs
+    step, inputs = module.step, stage.inputs_type
     taken = _taken(places(STAGES, number))
-    is_finite, is_memory_finite = finite_check(stage.output), finite_check(module.Memory)
+    is_finite, is_memory_finite = finite_check(stage.output_type), finite_check(module.Memory)
 
     def answer(setup: Any, memory: Any, signals: Any, internals: Any, given: Any, k: int) -> Any:
         outputs, memories, shown, refused = earlier(setup, memory, signals, internals, given, k)

@@ -69,7 +69,7 @@ def _odometry(row: np.void) -> Any:
 def _note_inputs(stage: Stage, resolved: Mapping[str, Resolved], sample: Any) -> None:
     """Write into internals what their law had: the setpoint that holds at its step, the actuation before it."""
     sample.dt = resolved[stage.role].node.period_steps * 0.002
-    for place, taken in enumerate(stage.takes):
+    for place, taken in enumerate(stage.inputs):
         period = 1 if taken.lag else resolved[SIGNALS[taken.topic].publisher].node.period_steps
         sample.input_steps[place] = (sample.step - taken.lag) // period * period
 

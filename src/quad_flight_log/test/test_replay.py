@@ -22,7 +22,7 @@ def test_the_recorded_law_gives_the_recorded_bits(role, flown, flown_bag):
     assert found.missing == 0
     period = flown.flight.resolved[role].node.period_steps
     assert found.steps.tolist() == list(range(0, flown.result.steps, period))
-    output, internals = STAGE[role].gives, f"{role}/internals"
+    output, internals = STAGE[role].output, f"{role}/internals"
     assert {name.split()[0] for name in found.recorded} == {output, internals}
     quantity = "thrust" if role == "attitude_controller" else "angles"
     values = flown.result.topics[output][quantity]

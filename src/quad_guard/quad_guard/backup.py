@@ -23,7 +23,7 @@ import math
 from typing import NamedTuple
 
 from quad_core.cycle import BODY_RATE_BOUND
-from quad_core.geometry import ZERO, body_z, clamp, cross, dot, norm, rotate_inverse, scale, subtract, turned
+from quad_core.geometry import ZERO, body_z, clamp, cross, dot, norm, rotate_inverse, rotated_by_vector, scale, subtract
 from quad_core.guard_parameters import ContactRule
 from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import Vehicle, max_thrust
@@ -233,7 +233,7 @@ def predict(vehicle: Vehicle, state: BodyState, wrench: Wrench, gyro: bool, dt: 
     return BodyState(
         Vec3(p.x + dt * v.x, p.y + dt * v.y, p.z + dt * v.z),
         Vec3(v.x + dt * up.x * thrust, v.y + dt * up.y * thrust, v.z + dt * (up.z * thrust - vehicle.gravity)),
-        turned(q, scale(dt, omega)),
+        rotated_by_vector(q, scale(dt, omega)),
         omega if gyro else predicted_rates(vehicle, omega, wrench.torque_b, dt),
     )
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from quad_core.cycle import BODY_RATE_BOUND
 from quad_core.enumerations import StateRefusal
-from quad_core.geometry import ZERO, body_z, cross, norm, rotate_inverse, scale, turned
+from quad_core.geometry import ZERO, body_z, cross, norm, rotate_inverse, rotated_by_vector, scale
 from quad_core.guard_parameters import GuardParameters, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
@@ -172,13 +172,13 @@ def accepted(
 
 def carried(vehicle: Vehicle, before: Estimate, sample: StateSample, period: int, dt: float) -> Quat:
     """Return the attitude ``dt`` s after that of ``before``, as body rates and the change of velocity have it."""
-    q = turned(before.state.q_wb, scale(dt, before.state.omega_b))
+    q = rotated_by_vector(before.state.q_wb, scale(dt, before.state.omega_b))
     gap = (sample.step - before.step) * period / 1e9
     v, last, weight = sample.state.v_w, before.sample.v_w, gap * vehicle.gravity
     pull = cross(body_z(q), Vec3((v.x - last.x) / weight, (v.y - last.y) / weight, (v.z - last.z) / weight + 1.0))
     size = norm(pull)
     share = gap * TILT_BANDWIDTH * (1.0 if size <= 1.0 else 1.0 / size)
-    return turned(q, rotate_inverse(q, scale(share, pull)))
+    return rotated_by_vector(q, rotate_inverse(q, scale(share, pull)))
 
 
 def with_belief(e: Estimate, believed: bool) -> Estimate:

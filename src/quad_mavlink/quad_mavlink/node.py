@@ -19,7 +19,7 @@ from quad_autopilot.parameters import Flier
 from quad_core.cascade import POSITION, STAGE
 from quad_core.geometry import body_z, clamp
 from quad_core.types import AttitudeThrust
-from quad_mavlink import link, words
+from quad_mavlink import link, modes_and_texts
 from quad_mavlink.link import AUTOPILOT
 from quad_mavlink.parameters import MAVLINK, MavlinkBridgeParameters
 from quad_node.main import run
@@ -32,7 +32,7 @@ _PREARM = 0x10000000  # MAV_SYS_STATUS_PREARM_CHECK
 _ONBOARD_CONTROLLER, _NO_AUTOPILOT, _ACTIVE = 18, 8, 4
 _HEARTBEAT, _SYS_STATUS, _EXTENDED_SYS_STATE = 0, 1, 245
 _ATTITUDE_QUATERNION, _LOCAL_POSITION_NED, _ODOMETRY = 31, 32, 331
-_STATES = {words.PX4: (_ODOMETRY,), words.ARDUPILOT: (_ATTITUDE_QUATERNION, _LOCAL_POSITION_NED)}
+_STATES = {modes_and_texts.PX4: (_ODOMETRY,), modes_and_texts.ARDUPILOT: (_ATTITUDE_QUATERNION, _LOCAL_POSITION_NED)}
 _ATTITUDE_ONLY = 7  # type_mask: body rates are ignored
 _LEAST_COSINE = 0.1  # ArduPilot multiplies the thrust by 1 / cos(tilt) (ATC_ANGLE_BOOST), and boosts no further
 
@@ -51,7 +51,7 @@ class MavlinkBridge:
         """Look for pymavlink and open the port; raises ParameterError for what cannot fly."""
         self.flight = AutopilotFlight(
             MAVLINK,
-            words.UNKNOWN,
+            modes_and_texts.UNKNOWN,
             ask=self._request,
             activate=self.activate,
             refusal=self._refusal,
@@ -65,12 +65,12 @@ class MavlinkBridge:
         self.kind = 0
         self.parameters: dict[str, float] = {}
         self._charge, self._checks_pass, self._landed, self._refused = math.nan, True, False, ""
-        self._texts: tuple[words.Text, ...] = ()
+        self._texts: tuple[modes_and_texts.Text, ...] = ()
         self._heartbeat: Any = None
         self._position: Any = None
         self._is_level_sent = False
         self.node.measures.append(self._measured)
-        self.node.links.subscribe(STAGE[POSITION].gives, self._take_setpoint, raw=True)
+        self.node.links.subscribe(STAGE[POSITION].output, self._take_setpoint, raw=True)
         self.node.every(1.0, self.ask_for_more)
         self.node.every(LOOK, self._read)
         self.node.every(BEAT, self.step)
@@ -116,34 +116,38 @@ class MavlinkBridge:
         elif kind == "COMMAND_ACK":
             self._on_ack(message)
         elif kind == "STATUSTEXT":
-            self._texts = words.heard(self._texts, self.flight.clock(), message.severity, message.text, message.id)
+            self._texts = modes_and_texts.heard(
+                self._texts, self.flight.clock(), message.severity, message.text, message.id
+            )
         elif kind == "SYS_STATUS":
             asked = message.onboard_control_sensors_enabled & _PREARM
             self._checks_pass = not asked or bool(message.onboard_control_sensors_health & _PREARM)
             self._charge = 0.01 * message.battery_remaining if message.battery_remaining >= 0 else math.nan
         elif kind == "EXTENDED_SYS_STATE":
-            self._landed = message.landed_state == words.ON_GROUND
+            self._landed = message.landed_state == modes_and_texts.ON_GROUND
         elif kind == "PARAM_VALUE":
             self.parameters[message.param_id] = message.param_value
-        elif kind == "ODOMETRY" and self.kind == words.PX4:
-            return words.of_odometry(message)
+        elif kind == "ODOMETRY" and self.kind == modes_and_texts.PX4:
+            return modes_and_texts.of_odometry(message)
         elif kind == "LOCAL_POSITION_NED":
             self._position = message
-        elif kind == "ATTITUDE_QUATERNION" and self.kind == words.ARDUPILOT:
-            return words.of_pair(message, self._position)
+        elif kind == "ATTITUDE_QUATERNION" and self.kind == modes_and_texts.ARDUPILOT:
+            return modes_and_texts.of_pair(message, self._position)
         if self._heartbeat is not None:
-            texts = words.newest(self._texts, self.flight.clock())
-            self.flight.said = words.said(self._heartbeat, self._checks_pass, texts, self._charge, self._landed)
+            texts = modes_and_texts.newest(self._texts, self.flight.clock())
+            self.flight.said = modes_and_texts.said(
+                self._heartbeat, self._checks_pass, texts, self._charge, self._landed
+            )
         return None
 
     def _on_heartbeat(self, message: Any) -> None:
-        if message.autopilot in words.PROFILES:
+        if message.autopilot in modes_and_texts.PROFILES:
             self._heartbeat = message
-            self.kind, self.flight.profile = message.autopilot, words.PROFILES[message.autopilot]
+            self.kind, self.flight.profile = message.autopilot, modes_and_texts.PROFILES[message.autopilot]
         elif not self.kind:
-            self.flight.profile = words.UNKNOWN._replace(
+            self.flight.profile = modes_and_texts.UNKNOWN._replace(
                 hint=f"system {self.settings.target_system} is MAV_AUTOPILOT {message.autopilot}, "
-                f"expected {words.PX4} (PX4) or {words.ARDUPILOT} (ArduPilot)"
+                f"expected {modes_and_texts.PX4} (PX4) or {modes_and_texts.ARDUPILOT} (ArduPilot)"
             )
 
     def _on_ack(self, message: Any) -> None:
@@ -174,23 +178,26 @@ class MavlinkBridge:
 
     def _unanswered(self) -> list[str]:
         """Return the parameters that must be known before a flight and are not."""
-        needed = (GUID_OPTIONS, ANGLE_BOOST) if self.kind == words.ARDUPILOT else ()
+        needed = (GUID_OPTIONS, ANGLE_BOOST) if self.kind == modes_and_texts.ARDUPILOT else ()
         return [name for name in needed if name not in self.parameters]
 
     def _refusal(self) -> str:
         """Return what speaks against a flight: too weak rotors, or parameters of the autopilot."""
-        if self.kind == words.ARDUPILOT and self.settings.arming.takeoff == Flier.AUTOPILOT:
+        if self.kind == modes_and_texts.ARDUPILOT and self.settings.arming.takeoff == Flier.AUTOPILOT:
             return "arming.takeoff: found autopilot, expected ours: ArduPilot takes off in GUIDED, which is our mode"
         if missing := self._unanswered():
             return f"{', '.join(missing)}: asked for, not answered"
-        if self.kind == words.ARDUPILOT and not (found := int(self.parameters[GUID_OPTIONS])) & THRUST_AS_THRUST:
+        if (
+            self.kind == modes_and_texts.ARDUPILOT
+            and not (found := int(self.parameters[GUID_OPTIONS])) & THRUST_AS_THRUST
+        ):
             return f"GUID_OPTIONS: found {found}, expected bit 3 (8): a thrust would be taken for a climb rate"
         return thrust.weakness(self.node.vehicle, self.settings.max_rotor_thrust, "max_rotor_thrust")
 
     @property
     def boosts(self) -> bool:
         """Whether the autopilot divides the thrust by the cosine of the tilt."""
-        return self.kind == words.ARDUPILOT and bool(self.parameters.get(ANGLE_BOOST, 1.0))
+        return self.kind == modes_and_texts.ARDUPILOT and bool(self.parameters.get(ANGLE_BOOST, 1.0))
 
     def _request(self, request: Request) -> None:
         """Send a COMMAND_LONG."""

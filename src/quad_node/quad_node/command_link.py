@@ -153,7 +153,7 @@ class InputWatch:
         self._node, self._period_of, self._clock = node, period_of, clock
         self._asked_at, self._heard = 0.0, dict[str, float]()
         self._unanswered: dict[str, float] = {}  # when the first state after it was published
-        limits = {stage.gives: (stage.role, node.flight.setpoint_timeout) for stage in STAGES}
+        limits = {stage.output: (stage.role, node.flight.setpoint_timeout) for stage in STAGES}
         limits = {**limits, "reference": (TRAJECTORY, node.flight.reference_timeout)}
         if node.commanded:
             limits = {"flight/mode": (COMMANDER, _LOST)}

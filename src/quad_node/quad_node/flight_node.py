@@ -23,7 +23,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 from rclpy.timer import Timer
 
-from quad_core.cascade import COMMANDER, OWNERS, RECORDER, SHADOWS, SIMULATOR
+from quad_core.cascade import COMMANDER, RECORDER, SHADOWS, SIMULATOR, VEHICLE_INTERFACES
 from quad_core.enumerations import FlightClock, NodeState
 from quad_core.parameter_files import dump_yaml
 from quad_core.parameters import Value
@@ -83,7 +83,7 @@ class FlightNode:
         self.shadow = self.ros.get_name() in SHADOWS
         kind = self.ros.get_name() if self.shadow else role
         # Who owns another vehicle than the simulated one has parameters of its own and the simulator's role.
-        self.role = SIMULATOR if kind in OWNERS else kind
+        self.role = SIMULATOR if kind in VEHICLE_INTERFACES else kind
         self.resolved: Resolved = parameters.resolve_overrides(self.ros, kind)
         parameters.declare(self.ros, self.resolved)
         parameters.on_change(self.ros, kind, self._on_parameters)

@@ -20,7 +20,7 @@ from quad_msgs.msg import NodeStatus
 _MOST_OTHERS = 5  # nodes of others that a reason names
 LONGEST_FLIGHT = 200_000  # s, twice what a trajectory's duration may be
 _TAKEN = (
-    *((stage.role, taken.topic) for stage in STAGES for taken in stage.takes),
+    *((stage.role, taken.topic) for stage in STAGES for taken in stage.inputs),
     (TRAJECTORY, "flight/mode"),
     (COMMANDER, "mission/reference"),
 )

@@ -41,13 +41,13 @@ class LawNode:
         self.law: Plugin = node.resolved.law
         module = self.law.module
         self.compute, self.memory = module.step, module.init(self.law.parameters, node.vehicle)
-        self._is_finite, self._is_memory_finite = finite_check(stage.output), finite_check(module.Memory)
-        self._inputs = stage.inputs
-        for taken in stage.takes:
+        self._is_finite, self._is_memory_finite = finite_check(stage.output_type), finite_check(module.Memory)
+        self._inputs = stage.inputs_type
+        for taken in stage.inputs:
             self.responder.take(taken.topic, taken.lag)
-        self._output_out = node.links.publisher(stage.gives)
+        self._output_out = node.links.publisher(stage.output)
         self._internals_out = node.links.publisher(stage.internals_topic)
-        self._pack = packer(stage.output, topics.message_type(stage.output), node.run)
+        self._pack = packer(stage.output_type, topics.message_type(stage.output_type), node.run)
         message = topics.message_type(stage.internals)
         self._flat_internals = flattener(module.Internals)
         fields = [*field_kinds(StepRecord).items(), *field_kinds(module.Internals).items()]

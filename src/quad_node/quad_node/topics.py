@@ -130,7 +130,7 @@ def message_type(kind: type[Any]) -> type[Any]:
 
 def _step_topic(signal: Signal) -> Topic:
     """Return the topic of a row of the cascade: the stages that take it are among its subscribers."""
-    taking = [stage.role for stage in STAGES if signal.topic in [taken.topic for taken in stage.takes]]
+    taking = [stage.role for stage in STAGES if signal.topic in [taken.topic for taken in stage.inputs]]
     stages = [stage.role for stage in STAGES if stage.role in (*signal.readers, *taking)]
     others = [role for role in signal.readers if role not in stages]
     return Topic(
@@ -148,9 +148,9 @@ def _step_topic(signal: Signal) -> Topic:
 
 def _shadow_topics(stage: Stage) -> tuple[Topic, Topic]:
     """Return the answer of a stage's shadow controller and its internals."""
-    role, answer, inside = SHADOW + stage.role, message_type(stage.output), message_type(stage.internals)
+    role, answer, inside = SHADOW + stage.role, message_type(stage.output_type), message_type(stage.internals)
     return (
-        Topic(SHADOW_TOPICS + stage.gives, answer, (role,), (RECORDER,), paper=stage.paper, only_with=role),
+        Topic(SHADOW_TOPICS + stage.output, answer, (role,), (RECORDER,), paper=stage.paper, only_with=role),
         Topic(SHADOW_TOPICS + stage.internals_topic, inside, (role,), (RECORDER,), only_with=role),
     )
 

@@ -3,7 +3,7 @@
 import pytest
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
-from quad_core.cascade import ALL_ROLES, COMMANDER, GUESTS, RECORDER, RELAY, ROLES, SHADOWS
+from quad_core.cascade import ALL_ROLES, COMMANDER, OPTIONAL_NODES, RECORDER, RELAY, ROLES, SHADOWS
 from quad_node import topics
 
 STEP = [topic for topic in topics.TOPICS.values() if topic.step]
@@ -20,7 +20,7 @@ def test_publishers_and_subscribers_are_roles_and_the_recorder_hears_all_but_its
 
 @pytest.mark.parametrize("topic", STEP, ids=lambda topic: topic.name)
 def test_step_topics_have_one_publisher_beside_the_guests_and_carry_stamp_and_step(topic):
-    assert len([role for role in topic.publishers if role not in GUESTS]) == (topic.name != "flight/mode")
+    assert len([role for role in topic.publishers if role not in OPTIONAL_NODES]) == (topic.name != "flight/mode")
     assert (topic.wire != topic.name) == topic.latched == (topic.name == "flight/mode")
     known = topic.type.get_fields_and_field_types()
     assert ("step" in known and "stamp" in known) or "header" in known

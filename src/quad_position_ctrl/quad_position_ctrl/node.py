@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 
 from quad_core.cascade import POSITION
-from quad_core.cycle import Behind, behind_check, followed, limits_met
+from quad_core.cycle import ReferenceLag, followed, lag_check, limits_met
 from quad_core.geometry import norm
 from quad_core.types import PositionInternals
 from quad_node.law_node import LawNode
@@ -19,7 +19,7 @@ from quad_node.responder import Sample
 
 def reach_check(node: LawNode) -> Callable[[PositionInternals, Sample], None]:
     """Return what sends one event when the law, at a limit, comes no nearer to its reference for INFEASIBLE_TIME."""
-    distance_behind, behind = behind_check(node.law.module.Internals), Behind()
+    distance_behind, behind = lag_check(node.law.module.Internals), ReferenceLag()
 
     def check(internals: PositionInternals, sample: Sample) -> None:
         nonlocal behind

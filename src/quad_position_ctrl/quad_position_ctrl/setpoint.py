@@ -13,7 +13,7 @@ import math
 from enum import IntEnum
 from typing import Annotated, NamedTuple
 
-from quad_core.geometry import ZERO, clamp, dot, norm, quaternion_from_euler, turned, wrap_angle
+from quad_core.geometry import ZERO, clamp, dot, norm, quaternion_from_euler, rotated_by_vector, wrap_angle
 from quad_core.parameters import Flag, Real
 from quad_core.types import Actuation, AttitudeThrust, PositionInternals, TrajectoryPoint, Vec3
 from quad_core.vehicle import DragSign, Vehicle, max_thrust
@@ -209,7 +209,7 @@ def attitude_setpoint(
         angles,
         rates,
         accelerations,
-        turned(tilted, Vec3(0.0, 0.0, wrap_angle(angles.z - heading))),
+        rotated_by_vector(tilted, Vec3(0.0, 0.0, wrap_angle(angles.z - heading))),
         thrust,
         clamp(thrust / max_thrust(vehicle), 0.0, 1.0),
     )

@@ -114,7 +114,7 @@ class Px4Bridge:
         hear("VehicleCommandAck", lambda message: self._note_ack(messages.ack(message, target)))
         hear("VehicleOdometry", lambda message: self.take_estimate(messages.sample(message)))
         if self._by_attitude:
-            self.node.links.subscribe(STAGE[POSITION].gives, self._take_setpoint, raw=True)
+            self.node.links.subscribe(STAGE[POSITION].output, self._take_setpoint, raw=True)
 
     def activate(self) -> None:
         """Say what a reader of the bag needs to know of PX4; the flight begins."""

@@ -62,7 +62,7 @@ class Trajectory:
         if self._commanded:
             mode, reference = (arrival.value if arrival else None for arrival in arrivals)
             flies = mode is not None and mode.mode == Mode.MISSION
-            self._obey(sample, flies, mode is not None and mode.mode in ON_GROUND)
+            self._apply_mode(sample, flies, mode is not None and mode.mode in ON_GROUND)
         if self._plan is None:
             try:
                 plan = self._make_plan(sample, _as_state(reference) if reference else sample.state)
@@ -85,7 +85,7 @@ class Trajectory:
             point = (reference or _standing(sample.state))._replace(trajectory_time=NOT_BEGUN)
         yield self._reference_out, self._pack(point, sample.step, next_step, sample.stamp_ns)
 
-    def _obey(self, sample: Sample, flies: bool, is_on_ground: bool) -> None:
+    def _apply_mode(self, sample: Sample, flies: bool, is_on_ground: bool) -> None:
         """Begin, go on, rest or forget what was flown, as the commander's mode wants it."""
         passed, self._last_stamp = sample.stamp_ns - self._last_stamp, sample.stamp_ns
         if flies and not self._begun:

@@ -80,7 +80,7 @@ def replay(flight: Flight, role: str, law: str | None = None) -> Replay:
         raise FlightLogError(f"{flight.path}: flight/parameters says nothing of {role}")
     (_, start), *waiting = flown_phases(record, role, law)
     stage = STAGE[role]
-    topics = ("state", *(taken.topic for taken in stage.takes), stage.gives, stage.internals_topic)
+    topics = ("state", *(taken.topic for taken in stage.inputs), stage.output, stage.internals_topic)
     tables = {topic: by_stamp(flight.array(topic)) for topic in topics}
     period, notes = start.flight.plant_period, []
     module, parameters, memory = start.law.module, start.law.parameters, None
@@ -95,7 +95,7 @@ def replay(flight: Flight, role: str, law: str | None = None) -> Replay:
         outputs.append(output)
         internals.append(inside)
         incomplete += not complete
-    results: dict[str, tuple[Any, Sequence[str], list[Any]]] = {stage.gives: (stage.output, (), outputs)}
+    results: dict[str, tuple[Any, Sequence[str], list[Any]]] = {stage.output: (stage.output_type, (), outputs)}
     if record.values.get("law") == start.plugins["law"].name:
         results[stage.internals_topic] = module.Internals, record.internals_names, internals
     if incomplete:
@@ -136,7 +136,7 @@ def _seen(
         return dict(zip(steps, _tuples_of(kind, tables[topic], f"{where}: {topic}"), strict=True))
 
     states: dict[int, VehicleState] = by_step("state", VehicleState)
-    given = [by_step(taken.topic, SIGNALS[taken.topic].kind) for taken in stage.takes]
+    given = [by_step(taken.topic, SIGNALS[taken.topic].kind) for taken in stage.inputs]
     records = _tuples_of(StepRecord, shown, f"{where}: {stage.internals_topic}")
     steps = (shown["stamp_ns"] // flown.flight.plant_period).tolist()
     for step, record in zip(steps, records, strict=True):
@@ -144,14 +144,14 @@ def _seen(
         if state is None:
             continue
         values, complete = [], True
-        for place, (taken, known) in enumerate(zip(stage.takes, given, strict=True)):
+        for place, (taken, known) in enumerate(zip(stage.inputs, given, strict=True)):
             at = record.input_steps[place]
             value = known.get(at) or SIGNALS[taken.topic].kind()
             complete &= at < 0 or at in known
             if record.replaced_inputs >> place & 1:
                 value = safe_input(taken.topic, value, flown.vehicle, state)
             values.append(value)
-        yield step, record.dt, stage.inputs(state, *values), complete
+        yield step, record.dt, stage.inputs_type(state, *values), complete
 
 
 def _tuples_of(kind: type[Any], table: Table, where: str, extra: Sequence[str] = ()) -> list[Any]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.cascade import COMMAND, OWNERS, SIGNALS
+from quad_core.cascade import COMMAND, SIGNALS, VEHICLE_INTERFACES
 from quad_core.records import dtype_of
 from quad_core.roles import VehicleInterface
 from quad_flight_log.analysis.arrays import Floats, by_stamp, matched, norms
@@ -93,10 +93,10 @@ def truth_topic(flight: Flight) -> str:
 
 
 def owners(flight: Flight) -> list[VehicleInterface]:
-    """Return the entries of OWNERS whose nodes have their parameters in the bag."""
+    """Return the entries of VEHICLE_INTERFACES whose nodes have their parameters in the bag."""
     nodes = text_table(flight, "flight/parameters")["node"] if flight.has("flight/parameters") else ()
     names = {node.rpartition("/")[2] for node in nodes}
-    return [owner for name, owner in OWNERS.items() if name in names]
+    return [owner for name, owner in VEHICLE_INTERFACES.items() if name in names]
 
 
 def autopilot_lands(flight: Flight) -> bool:

@@ -10,7 +10,7 @@ from quad_flight_log.errors import CorruptError, SchemaError
 
 STEP_TOPICS = (
     *("state", "truth", "actuation", "disturbance", "reference"),
-    *(topic for stage in STAGES for topic in (stage.gives, stage.internals_topic)),
+    *(topic for stage in STAGES for topic in (stage.output, stage.internals_topic)),
 )
 
 

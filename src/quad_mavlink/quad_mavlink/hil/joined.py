@@ -68,7 +68,7 @@ class JoinedPlant(Px4Bridge):
         self._is_asked = self._are_outputs_due = False
         self._booting, self._steps, self._outputs = "the plant", 0, motors.AT_REST
         self._idle_from, self._asked_at, self._next_beat = time.monotonic(), 0.0, 0.0
-        answers = {COMMANDER: "reference", **{stage.role: stage.gives for stage in STAGES}}
+        answers = {COMMANDER: "reference", **{stage.role: stage.output for stage in STAGES}}
         self._answers = {role: topic for role, topic in answers.items() if role in node.roles}
         for topic in set(self._answers.values()) - {COMMAND}:
             node.links.subscribe(topic, partial(self._on_payload, topic), raw=True)

@@ -160,7 +160,7 @@ def init(sensors: Sensors, row: NDArray[np.float64]) -> Memory:
     )
 
 
-def wander(value: Vec3, walk: float, time: float, dt: float, w: Vec3) -> Vec3:
+def gauss_markov(value: Vec3, walk: float, time: float, dt: float, w: Vec3) -> Vec3:
     """Return a Gauss-Markov value ``dt`` s later, exactly: driven by density ``walk``, correlation time ``time`` s."""
     kept = math.exp(-dt / time)
     drive = walk * math.sqrt(0.5 * time * (1.0 - kept * kept))
@@ -183,8 +183,10 @@ def inertial(
 ) -> tuple[Inertial, Memory]:
     """Return what gyro and accelerometer read at ``now``, ``dt`` s after ``before``; gravity in m/s^2."""
     gyro, accelerometer = sensors.gyro, sensors.accelerometer
-    gyro_bias = wander(memory.gyro, gyro.walk, gyro.time, dt, normals(row, GYRO_BIAS))
-    force_bias = wander(memory.accelerometer, accelerometer.walk, accelerometer.time, dt, normals(row, ACCEL_BIAS))
+    gyro_bias = gauss_markov(memory.gyro, gyro.walk, gyro.time, dt, normals(row, GYRO_BIAS))
+    force_bias = gauss_markov(
+        memory.accelerometer, accelerometer.walk, accelerometer.time, dt, normals(row, ACCEL_BIAS)
+    )
     change = add(now.v_w, scale(-1.0, before.v_w))
     felt = rotate_inverse(middle(before.q_wb, now.q_wb), add(scale(1.0 / dt, change), Vec3(0.0, 0.0, gravity)))
     rate = add(now.omega_b, add(gyro_bias, white(gyro.density, dt, normals(row, GYRO))))
@@ -204,7 +206,7 @@ def middle(a: Quat, b: Quat) -> Quat:
 def compass(sensors: Sensors, memory: Memory, q_wb: Quat, dt: float, row: NDArray[np.float64]) -> tuple[Vec3, Memory]:
     """Return what a magnetometer reads in gauss, body FRD, ``dt`` s after its last reading."""
     own = sensors.magnetometer
-    bias = wander(memory.magnetometer, own.walk, own.time, dt, normals(row, MAG_BIAS))
+    bias = gauss_markov(memory.magnetometer, own.walk, own.time, dt, normals(row, MAG_BIAS))
     field = rotate_inverse(q_wb, magnetic_field(sensors.home))
     noise = white(own.density, dt, normals(row, MAG))
     return frames.body(add(field, add(bias, noise))), memory._replace(magnetometer=bias)
@@ -226,8 +228,8 @@ def fix(
 ) -> tuple[Fix, Memory]:
     """Return the fix of a receiver whose delay ago the motion was ``late``; ``dt`` s since the last one."""
     w = normals(row, GPS)
-    level = wander(memory.gps, sensors.gps_walk, sensors.gps_walk_time, dt, w)
-    upright = wander(memory.gps, sensors.gps_vertical_walk, sensors.gps_walk_time, dt, w)
+    level = gauss_markov(memory.gps, sensors.gps_walk, sensors.gps_walk_time, dt, w)
+    upright = gauss_markov(memory.gps, sensors.gps_vertical_walk, sensors.gps_walk_time, dt, w)
     error = Vec3(level.x, level.y, upright.z)
     velocity = add(late.v_w, scale(sensors.gps_velocity_noise, normals(row, GPS_VELOCITY)))
     found = Fix(place(sensors.home, add(late.p_w, error)), frames.world(velocity))

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from quad_autopilot import odometry
 from quad_autopilot.autopilot import Control
 from quad_core.parameters import ParameterError
-from quad_mavlink import link, words
+from quad_mavlink import link, modes_and_texts
 
 PX4, ARDUPILOT = 12, 3
 
@@ -38,30 +38,30 @@ def heartbeat(*values):
     ],
 )
 def test_a_mode_is_ours_a_landing_or_somebody_else_s(autopilot, custom_mode, name, control):
-    found = words.said(heartbeat(autopilot, 1, custom_mode, 4), True, "")
+    found = modes_and_texts.said(heartbeat(autopilot, 1, custom_mode, 4), True, "")
     assert (found.mode, found.control, found.armed, found.failsafe) == (name, control, False, False)
-    assert words.said(heartbeat(autopilot, 129, custom_mode, 5), True, "")[2:4] == (True, True)
+    assert modes_and_texts.said(heartbeat(autopilot, 129, custom_mode, 5), True, "")[2:4] == (True, True)
 
 
 def test_the_mode_is_asked_for_by_each_autopilot_s_number():
-    assert words.PROFILES[PX4].mode[:3] == (176, 1.0, 6.0)
-    assert words.PROFILES[ARDUPILOT].mode[:3] == (176, 1.0, 4.0)
-    assert words.PROFILES[PX4].land.command == words.PROFILES[ARDUPILOT].land.command == 21
+    assert modes_and_texts.PROFILES[PX4].mode[:3] == (176, 1.0, 6.0)
+    assert modes_and_texts.PROFILES[ARDUPILOT].mode[:3] == (176, 1.0, 4.0)
+    assert modes_and_texts.PROFILES[PX4].land.command == modes_and_texts.PROFILES[ARDUPILOT].land.command == 21
 
 
 def test_texts_are_put_together_shown_once_and_forgotten():
     first = "Preflight Fail: Compass Sensor 0 missing and nothi"
-    texts = words.heard((), 1.0, 3, first, 5)
-    texts = words.heard(texts, 1.0, 3, "ng else", 5)
-    texts = words.heard(texts, 2.0, 6, "takeoff detected", 0)  # no reason: information
+    texts = modes_and_texts.heard((), 1.0, 3, first, 5)
+    texts = modes_and_texts.heard(texts, 1.0, 3, "ng else", 5)
+    texts = modes_and_texts.heard(texts, 2.0, 6, "takeoff detected", 0)  # no reason: information
     for _ in range(3):
-        texts = words.heard(texts, 3.0, 2, "battery low", 0)
-    assert words.newest(texts, 4.0) == (first + "ng else", "battery low")
-    assert words.newest(texts, 12.0) == ("battery low",)
+        texts = modes_and_texts.heard(texts, 3.0, 2, "battery low", 0)
+    assert modes_and_texts.newest(texts, 4.0) == (first + "ng else", "battery low")
+    assert modes_and_texts.newest(texts, 12.0) == ("battery low",)
     for now in range(4, 20, 4):  # a reason that persists does not drop out and come back
-        texts = words.heard(texts, float(now), 2, "battery low", 0)
-    assert words.newest(texts, 20.0) == ("battery low",)
-    assert words.heard(texts, 30.0, 7, "quiet", 0) == ()
+        texts = modes_and_texts.heard(texts, float(now), 2, "battery low", 0)
+    assert modes_and_texts.newest(texts, 20.0) == ("battery low",)
+    assert modes_and_texts.heard(texts, 30.0, 7, "quiet", 0) == ()
 
 
 Q = Rotation.from_euler("ZYX", [0.7, 0.2, -0.3])
@@ -75,7 +75,7 @@ def numbered(names, values):
 def odometry_of(frames, velocity, rates=(0.0, 0.0, 0.0), resets=0):
     motion = numbered(("vx", "vy", "vz"), velocity) | numbered(("rollspeed", "pitchspeed", "yawspeed"), rates)
     frame, child = frames
-    return words.of_odometry(
+    return modes_and_texts.of_odometry(
         SimpleNamespace(
             time_usec=5_000_000, frame_id=frame, child_frame_id=child, x=1.0, y=2.0, z=-3.0, q=list(WXYZ),
             reset_counter=resets, **motion,
@@ -85,7 +85,7 @@ def odometry_of(frames, velocity, rates=(0.0, 0.0, 0.0), resets=0):
 
 def pair_of(time_boot_ms, position):
     attitude = numbered(("q1", "q2", "q3", "q4"), WXYZ) | numbered(("rollspeed", "pitchspeed", "yawspeed"), (0, 0, 0))
-    return words.of_pair(SimpleNamespace(time_boot_ms=time_boot_ms, **attitude), position)
+    return modes_and_texts.of_pair(SimpleNamespace(time_boot_ms=time_boot_ms, **attitude), position)
 
 
 def position_of(time_boot_ms, p, v):

@@ -1,12 +1,12 @@
-"""The vehicle's side of a plant step, in this order: sensors, command link, guard, plant.
+"""What the simulated vehicle does in a plant step, in this order: sensors, command link, guard, plant.
 
     state[k]     = sensing(truth[k])                              ``sense``
     received[k]  = link(command[k])                               ``receive``
     wrench[k]    = guard(received[k], state[k])                   ``quad_guard.guard.step``
     truth[k + 1] = plant(wrench[k])                               ``move``
 
-The loop without ROS and the simulator's node call these functions, so both give the same bits. ``side_functions`` makes
-them of the chosen plug-ins.
+The loop without ROS and the simulator's node call these functions, so both give the same bits. ``vehicle_functions``
+makes them of the chosen plug-ins.
 """
 
 from collections.abc import Callable
@@ -21,7 +21,7 @@ from quad_dynamics.link import step as link_step
 from quad_guard.checks import WrenchCommand
 
 
-class Side(NamedTuple):
+class SimulatedVehicle(NamedTuple):
     """What does not change over a flight: vehicle, plant period in ns, parameters of the plug-ins."""
 
     vehicle: Vehicle
@@ -31,7 +31,7 @@ class Side(NamedTuple):
     sensing: Any
 
 
-class Drawn(NamedTuple):
+class RandomStreams(NamedTuple):
     """The 2-D arrays of one flight: what disturbance and sensing drew, and the delay lines of sensors and command link.
 
     They stand apart from what a step hands to the next, because Numba counts references to an array at every hand-over.
@@ -57,7 +57,13 @@ class Memory(NamedTuple):
 
 
 def receive(
-    side: Side, drawn: Drawn, memory: Memory, conditions: Conditions, sent: Wrench, command_step: int, k: int
+    side: SimulatedVehicle,
+    drawn: RandomStreams,
+    memory: Memory,
+    conditions: Conditions,
+    sent: Wrench,
+    command_step: int,
+    k: int,
 ) -> tuple[WrenchCommand, Memory]:
     """Return what has come through the command link at step ``k``, and the memory. Writes to the link's delay line.
 
@@ -69,14 +75,14 @@ def receive(
     return command, Memory(memory.plant, memory.sensing, linked, memory.lift, memory.actuation)
 
 
-def differs(memory: Memory, conditions: Conditions) -> bool:
+def sensing_is_active(memory: Memory, conditions: Conditions) -> bool:
     """Return whether armed controllers see anything but the truth: errors or a fault of the sensors, or a ground."""
     sensing, lift = memory.sensing, memory.lift
     return sensing.active or sensing.frozen or is_faulty(conditions.sensor) or lift.on_ground or lift.ground_z != 0.0
 
 
-class SideFunctions(NamedTuple):
-    """The functions of a plant step that depend on plug-ins; what each returns stands in ``side_functions``."""
+class VehicleFunctions(NamedTuple):
+    """The functions of a plant step that depend on plug-ins; what each returns stands in ``vehicle_functions``."""
 
     begin: Callable[..., Any]
     observe: Callable[..., Any]
@@ -84,24 +90,30 @@ class SideFunctions(NamedTuple):
     move: Callable[..., Any]
 
 
-def side_functions(plant: Any, sensing: Any) -> SideFunctions:
+def vehicle_functions(plant: Any, sensing: Any) -> VehicleFunctions:
     """Return the functions of two plug-in modules."""
     plant_init, plant_step, plant_observe, sensing_step = plant.init, plant.step, plant.observe, sensing.step
 
-    def begin(side: Side, sensing: Any, linked: LinkMemory) -> Memory:
+    def begin(side: SimulatedVehicle, sensing: Any, linked: LinkMemory) -> Memory:
         """Return the memory before step 0; ``sensing``, ``linked``: memories of plug-in and link."""
         zero, none = Vec3(0.0, 0.0, 0.0), Rotors(0.0, 0.0, 0.0, 0.0)
         state = plant_init(side.plant, side.vehicle)
         actuation = Actuation(none, none, 0.0, zero, False, False, False, False, False)
         return Memory(state, sensing, linked, airborne(0.0), actuation)
 
-    def observe(side: Side, memory: Memory) -> VehicleState:
+    def observe(side: SimulatedVehicle, memory: Memory) -> VehicleState:
         """Return the true state; fields after the body rates are new, which a plant that is compiled may leave out."""
         motion = plant_observe(side.plant, side.vehicle, memory.plant)
         return fresh(motion.p_w, motion.v_w, motion.q_wb, motion.omega_b)
 
     def sense(
-        side: Side, drawn: Drawn, memory: Memory, truth: VehicleState, conditions: Conditions, armed: bool, k: int
+        side: SimulatedVehicle,
+        drawn: RandomStreams,
+        memory: Memory,
+        truth: VehicleState,
+        conditions: Conditions,
+        armed: bool,
+        k: int,
     ) -> tuple[VehicleState, Memory]:
         """Return the state that the controllers see of ``truth`` at step ``k``, and the memory.
 
@@ -114,10 +126,10 @@ def side_functions(plant: Any, sensing: Any) -> SideFunctions:
         state = with_ground(state, lift.ground_z, lift.on_ground)
         return state, Memory(memory.plant, sensing, memory.link, lift, memory.actuation)
 
-    def move(side: Side, memory: Memory, conditions: Conditions, wrench: Wrench) -> Memory:
+    def move(side: SimulatedVehicle, memory: Memory, conditions: Conditions, wrench: Wrench) -> Memory:
         """Return the memory one plant period later, under ``wrench`` for the rotors."""
         dt = seconds(1, side.period)
         state, actuation = plant_step(side.plant, side.vehicle, memory.plant, wrench, conditions, dt)
         return Memory(state, memory.sensing, memory.link, memory.lift, actuation)
 
-    return SideFunctions(begin, observe, sense, move)
+    return VehicleFunctions(begin, observe, sense, move)
