@@ -20,7 +20,7 @@ def test_it_flies_is_recorded_and_replayed_and_no_file_here_changes(tmp_path):
     before = changed_files()
     environment = built(tmp_path / "workspace", "my_vehicle_interface")
     bag = tmp_path / "bag"
-    owner = ("--realtime", "--vehicle-owner", f"my_vehicle={EXAMPLE / 'my_vehicle.yaml'}", *PATIENT[2:])
+    owner = ("--realtime", "--vehicle-interface", f"my_vehicle={EXAMPLE / 'my_vehicle.yaml'}", *PATIENT[2:])
     for command in (
         [str(FLY), "hover", "--duration", "2", *owner, "--limits", "position_rmse=0.2", "--out", str(bag)],
         [sys.executable, "-m", "quad_flight_log.cli", "check", str(bag)],

@@ -1,6 +1,6 @@
 """The node: it takes the command and publishes ``state`` and ``actuation`` of its vehicle, in real time.
 
-scripts/fly hover --realtime --vehicle-owner my_vehicle=FILE
+scripts/fly hover --realtime --vehicle-interface my_vehicle=FILE
 """
 
 import sys

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from quad_bringup import surroundings, vehicle_owner
+from quad_bringup import surroundings, vehicle_interface
 from quad_bringup.domains import reserved_domain
 from quad_bringup.mission_file import read_mission
 from quad_bringup.ros_flight import BAD_SETUP, FAILED, Planned, fly
@@ -141,7 +141,7 @@ def _parser() -> argparse.ArgumentParser:
         ("--mission", "ITEMS", "takeoff[:height], a trajectory, hold:seconds, land, with commas; or a YAML file", {}),
         ("--shadow", "LAW", f"it computes and is recorded, not used; {both}", {**several, "dest": "shadows"}),
         ("--own", "NODE=COMMAND", "start COMMAND in place of a node, with the flight's --ros-args", several),
-        ("--vehicle-owner", "NAME=FILE", "px4, joined, mavlink, crazyflie: its bridge flies", {}),
+        ("--vehicle-interface", "NAME=FILE", "px4, joined, mavlink, crazyflie: its bridge flies", {}),
         ("--out", "DIR", "the bag's directory (default: flights/CASE-SEED-N)", {"type": Path}),
         (
             "--set",
@@ -206,7 +206,7 @@ def _make(directory: Path, made: list[Path]) -> None:
 
 def _own(options: argparse.Namespace) -> dict[str, list[str]]:
     """Return {node: the command that is started in its place}; raises ParameterError for what cannot be."""
-    found = vehicle_owner.commands(options)
+    found = vehicle_interface.commands(options)
     for given in options.own:
         role, _, command = given.partition("=")
         if role not in ROLES or not command.strip():
@@ -228,11 +228,11 @@ def _own(options: argparse.Namespace) -> dict[str, list[str]]:
 def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned:
     own, run_id = _own(options), f"{case}-{secrets.token_hex(4)}"
     asked = {name: value for name, value in vars(options).items() if name in Request._fields}
-    settings = [*vehicle_owner.settings(options), *options.settings]
+    settings = [*vehicle_interface.settings(options), *options.settings]
     request = Request(**{**asked, "case": case, "settings": settings})
     identity = {"/**": {"flight.run_id": run_id}, RECORDER: {"directory": str(directory.resolve())}}
     nodes = resolve_flight(request, identity)
-    usual = vehicle_owner.AUTOPILOT if options.vehicle_owner else summary(nodes)["start"]
+    usual = vehicle_interface.AUTOPILOT if options.vehicle_interface else summary(nodes)["start"]
     if usual not in configuration.names(configuration.LIMITS):  # the trajectory has another kind of start
         usual = "approach"
     limits = options.limits or [str(configuration.find(configuration.LIMITS, usual))]

@@ -95,12 +95,12 @@ class Processes:
 
     def interrupt_owner(self) -> None:
         """Ask the process that owns the vehicle, in one process the only one, to end the flight."""
-        owner = self.owner()
-        if owner is not None:
+        interface = self.vehicle_interface()
+        if interface is not None:
             self._asked = True
-            _signal(owner, signal.SIGINT)
+            _signal(interface, signal.SIGINT)
 
-    def owner(self) -> "subprocess.Popen[bytes] | None":
+    def vehicle_interface(self) -> "subprocess.Popen[bytes] | None":
         """Return the process that owns the vehicle: the simulator or the only one there was, None if it has left."""
         if SIMULATOR in self.codes:  # it has left, and the vehicle is no other user's
             return None
@@ -111,12 +111,12 @@ class Processes:
 
         The simulator is asked first, for it tells the others why; then all by SIGINT, SIGTERM, SIGABRT and SIGKILL.
         """
-        owner = self.owner()
-        if owner is not None and landing:
+        interface = self.vehicle_interface()
+        if interface is not None and landing:
             if not self._asked:
                 self.interrupt_owner()
             with suppress(subprocess.TimeoutExpired):
-                owner.wait(landing)
+                interface.wait(landing)
         self._ask(SIMULATOR, signal.SIGINT, _SIMULATOR_FIRST)
         for number, patience in _STOPS:
             self._ask("", number, patience)

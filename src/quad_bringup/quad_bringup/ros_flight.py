@@ -112,14 +112,14 @@ def _watch(flight: Planned, domain: int) -> FlightWatch:
 
 
 def _named(flight: Planned, role: str) -> str:
-    """Return what a role is called: an owner of the vehicle by its own name."""
+    """Return what a role is called: a vehicle interface by its own name."""
     name = Path(flight.own.get(role, [role])[0]).name
     return name if name in VEHICLE_INTERFACES else role
 
 
 def _start(processes: Processes, flight: Planned, parameters: Path) -> None:
-    owners = tuple(VEHICLE_INTERFACES) if SIMULATOR in flight.own else ()
-    parameters.write_text(parameter_file(flight.nodes, flight.namespace, owners), encoding="utf-8")
+    interfaces = tuple(VEHICLE_INTERFACES) if SIMULATOR in flight.own else ()
+    parameters.write_text(parameter_file(flight.nodes, flight.namespace, interfaces), encoding="utf-8")
     arguments = [*NO_FILES, "--params-file", str(parameters)]
     if flight.namespace:
         arguments += ["-r", f"__ns:=/{flight.namespace}"]

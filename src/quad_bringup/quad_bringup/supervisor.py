@@ -24,10 +24,8 @@ _WIND_UP = 20.0
 _ONE_REQUEST = 2.0 * ONE_REQUEST  # what is passed on as a second one must be one for a node, too
 _LANDING = 4.0 * 3600.0  # s for the longest way down, 1 km on a busy machine
 _SECOND = "a second signal (Ctrl-C) stops the motors where it is"
-LANDED_WITHOUT = {
-    role for role, owner in VEHICLE_INTERFACES.items() if owner.autopilot_lands and not owner.flies_on_estimate
-}
-"""The vehicle's owners without which an autopilot lands it."""
+LANDED_WITHOUT = {role for role, one in VEHICLE_INTERFACES.items() if one.autopilot_lands and not one.flies_on_estimate}
+"""Vehicle interfaces without which an autopilot lands the vehicle."""
 _SLOWEST = 20.0  # s by the clock in which a busy machine flies the 2 s after which a commander in lockstep lands
 
 
@@ -129,11 +127,11 @@ class Supervisor:
         watch: FlightWatch,
         patience: Patience,
         interrupted: Interrupts,
-        owner: str = SIMULATOR,
+        interface: str = SIMULATOR,
     ) -> None:
-        """Begin with what was started; ``owner``: what owns the vehicle."""
+        """Begin with what was started; ``interface``: the name of the vehicle interface."""
         self._processes, self._watch, self._patience = processes, watch, patience
-        self._interrupted, self._owner = interrupted, owner
+        self._interrupted, self._interface = interrupted, interface
         self.state: FlightState | None = None
         self.cause = self._early = ""
         self.late: tuple[str, ...] = ()
@@ -178,7 +176,7 @@ class Supervisor:
 
     @property
     def _can_land(self) -> bool:
-        return bool(self._patience.landing) and not self._over and self._processes.owner() is not None
+        return bool(self._patience.landing) and not self._over and self._processes.vehicle_interface() is not None
 
     def _on_news(self, state: FlightState, before: FlightState | None) -> None:
         """Move the deadline; a phase that lasts moves it only in flight."""
@@ -208,8 +206,8 @@ class Supervisor:
             self._deadline, self._lands = time.monotonic(), True
 
     def _on_exit(self, role: str, code: int) -> None:
-        exited = f"{self._owner if role == SIMULATOR else role} {describe_exit(code)}"
-        if role == SIMULATOR and self._phase == FLYING and self._owner in LANDED_WITHOUT:
+        exited = f"{self._interface if role == SIMULATOR else role} {describe_exit(code)}"
+        if role == SIMULATOR and self._phase == FLYING and self._interface in LANDED_WITHOUT:
             exited += ": the autopilot lands by its own failsafe, unseen"
         if self.cause or role in SHADOWS:
             if code < 0 and -code not in ending():

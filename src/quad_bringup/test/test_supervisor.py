@@ -71,7 +71,7 @@ class Flight(Interrupts):
     def running(self):
         return bool(self.alive)
 
-    def owner(self):
+    def vehicle_interface(self):
         return "process" if "simulator" in self.alive else None
 
     def reap(self):
@@ -152,7 +152,7 @@ def test_without_the_simulator_nobody_is_waited_for(monkeypatch):
 def test_a_bridge_that_is_killed_is_named_and_what_its_autopilot_does(monkeypatch):
     flight = Flight([*flies(1, 2), (2, None, {"simulator": -9})], monkeypatch)
     said = "px4_bridge was killed by SIGKILL: the autopilot lands by its own failsafe, unseen"
-    assert flight.supervise(LANDS, owner="px4_bridge") == Outcome(said)
+    assert flight.supervise(LANDS, interface="px4_bridge") == Outcome(said)
 
 
 def test_nodes_that_do_not_leave_an_ended_flight_are_stopped(monkeypatch):

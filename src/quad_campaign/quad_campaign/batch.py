@@ -96,7 +96,7 @@ def fly_part(definition: Definition, compiled: bool, numbers: range) -> list[dic
 def run(
     definition: Definition, parts: Parts, *, scheduler: str = "", compiled: bool = True, progress: bool = True
 ) -> None:
-    """Fly every part that is missing and store each as it comes; ``scheduler`` and errors as ``run_many``."""
+    """Fly every part that is missing and store each when it is done; ``scheduler`` and errors as ``run_many``."""
     from tqdm import tqdm
 
     missing = parts.missing()

@@ -1,4 +1,4 @@
-"""The reference of a mode, by one table: from the mode before, the mode, the ground and who flies to one of five acts.
+"""The reference of a mode, by one table: from the mode before, the mode, the ground and what flies to one of five acts.
 
 ``ACTS[before, mode, on_ground, laws_fly]`` is what begins at a step. ``on_ground``: the vehicle is not clear of the
 ground. ``laws_fly``: the laws follow the reference. They do not where the guard, a pilot or an autopilot flies, or an

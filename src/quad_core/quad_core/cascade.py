@@ -43,10 +43,10 @@ COMMAND, COMMANDING = STAGES[-1].output, STAGES[-1].role
 class Signal(NamedTuple):
     """A topic that carries a NamedTuple of ``quad_core.types``, one message per step of its publisher.
 
-    ``readers``: roles that subscribe, beside the recorder and the stages that take it. ``instead``: the optional node
-    that publishes it where it takes part. ``required``: without it there is no flight; another topic may be left out,
-    a step topic then altogether. ``every_step`` false: it may cease, and the flight goes on. ``latched``: its newest
-    message is kept for who comes late. ``only_with``: the role without which a flight does not have it.
+    ``readers``: roles that subscribe, in addition to the recorder and the stages that take it. ``instead``: the
+    optional node that publishes it where it takes part. ``required``: without it there is no flight; another topic may
+    be left out, a step topic then altogether. ``every_step`` false: it may cease, and the flight goes on. ``latched``:
+    its newest message is kept for late subscribers. ``only_with``: the role without which a flight does not have it.
     """
 
     topic: str
@@ -63,7 +63,7 @@ class Signal(NamedTuple):
 
 _STAGES = tuple(stage.role for stage in STAGES)
 _WATCHED = {POSITION: (COMMANDER,), COMMANDING: (SIMULATOR, COMMANDER)}
-"""{stage: who reads its output beside other stages}."""
+"""{stage: roles that read its output in addition to other stages}."""
 
 SIGNALS = {
     signal.topic: signal

@@ -9,7 +9,7 @@ correct there it cannot, so its integrators wind up, and the vehicle turns over 
 ground the position law sees no error but that of height, the torque is that of a law without memory, which keeps the
 body z axis b upright and damps the yaw rate r, and both laws start from their first memory when the vehicle is clear.
 
-The vehicle's owner keeps ``LiftOff`` and marks each state; all else follows from the state.
+The vehicle interface keeps ``LiftOff`` and marks each state; all else follows from the state.
 """
 
 from collections.abc import Callable

@@ -25,7 +25,7 @@ POSE_IS_WRONG, LEAST_APART = 0.3, 0.2
 TURN, LEAST_MOTION = math.radians(10.0), 5.0
 """rad between two velocities that is no mistake yet; sum of squares that shows it: 0.5 s at 0.3 m/s."""
 ASTRAY, LEAST_PUSH = math.radians(45.0), 60.0
-"""The same between thrust and change of velocity: a gust of 0.5 s is none."""
+"""The same between thrust and change of velocity: a gust of 0.5 s does not count."""
 MOST = 2.0
 """Times as much as the thrust pushes that a position may be sped up."""
 ALIKE = 0.9

@@ -145,7 +145,7 @@ def _why_no_node(node: str) -> str:
     if node not in ALL_ROLES:
         return f"no node {node!r}{nearest(node, (*ALL_ROLES, *SHARED))}"
     how = {RELAY: "with --relay", COMMANDER: "with --mission"}.get(node)
-    how = how or ("with --shadow" if node.startswith(SHADOW) else "its parameters are in the file of --vehicle-owner")
+    how = how or ("with --shadow" if node.startswith(SHADOW) else "its parameters: the file of --vehicle-interface")
     return f"{node} has no part in this flight ({how})"
 
 

@@ -65,7 +65,7 @@ class Role(NamedTuple):
 class VehicleInterface(NamedTuple):
     """A node that takes the simulator's role: it owns another vehicle, or an autopilot flies its plant.
 
-    ``name``: what ``scripts/fly --vehicle-owner`` calls it, empty if fly does not start it; ``page``: where it is
+    ``name``: what ``scripts/fly --vehicle-interface`` calls it, empty if fly does not start it; ``page``: where it is
     described. ``settings``: what it needs of other nodes, NODE.PARAM=VALUE. ``autopilot_lands``: an autopilot lands the
     vehicle after a flight that is given up. ``flies_on_estimate``: ``state`` is the estimate of an autopilot.
     """
@@ -102,7 +102,7 @@ def registered(group: str, kind: type[Kind]) -> dict[str, Kind]:
 def in_order(stages: Sequence[Stage]) -> tuple[Stage, ...]:
     """Return the stages in the order of the data flow: each after those whose output of the same step it takes.
 
-    Raises PluginError if there is none, if they wait for one another, or if the last one does not give a wrench.
+    Raises PluginError without one, if they wait for one another, or if the last one does not give a wrench.
     """
     left, found = sorted(stages), []
     while left:

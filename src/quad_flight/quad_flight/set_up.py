@@ -183,20 +183,20 @@ def _line_of(files: Sequence[Path], error: Exception) -> str:
     return ""
 
 
-def parameter_file(resolved: Mapping[str, Resolved], namespace: str = "", owners: Sequence[str] = ()) -> str:
+def parameter_file(resolved: Mapping[str, Resolved], namespace: str = "", interfaces: Sequence[str] = ()) -> str:
     """Return the flight as one ROS 2 parameter file: every parameter of every node in ``namespace``, as resolved.
 
-    ``owners``: nodes that may take the simulator's role; they get what all nodes share.
+    ``interfaces``: nodes that may take the simulator's role; they get what all nodes share.
     """
     prefix = "/" + namespace.strip("/") if namespace.strip("/") else ""
     content = {
         f"{prefix}/{role}": {"ros__parameters": {field.name: field.default for field in node.all_fields()}}
         for role, node in resolved.items()
     }
-    for owner in owners:
+    for interface in interfaces:
         every = content[f"{prefix}/{SIMULATOR}"]["ros__parameters"]
         shared = {name: value for name, value in every.items() if name.startswith(("flight.", "vehicle."))}
-        content[f"{prefix}/{owner}"] = {"ros__parameters": shared}
+        content[f"{prefix}/{interface}"] = {"ros__parameters": shared}
     return dump_yaml(content)
 
 
@@ -237,7 +237,7 @@ def _check_whole(resolved: Mapping[str, Resolved]) -> None:
 
 
 def unfelt_wind(resolved: Mapping[str, Resolved]) -> str:
-    """Return what to say of a scenario's wind that the vehicle does not feel, empty if it does or there is none."""
+    """Return what to say of a scenario's wind that the vehicle does not feel, empty if it does or without wind."""
     plugins_, vehicle = resolved[SIMULATOR].plugins, resolved[SIMULATOR].vehicle
     events = getattr(plugins_["disturbance"].parameters, "events", "")
     if plugins_["disturbance"].module is not timeline or not _WINDS & {event.kind for event in timeline.parsed(events)}:

@@ -8,7 +8,7 @@ with b the body z axis, d its desired direction (both unit, world frame), w and 
 It stops first and sinks then: v_ref is -descent_speed below walking pace and a quarter of it above. Without a heading
 that can be trusted d is vertical and it sinks at once. With body rates alone f is a fixed share of the weight too.
 Without any state it flies on the prediction and loses no time, for an unseen torque a turns it by a t^2 / 2: it falls,
-unless it was off trim. Once a t^2 / 2 exceeds WIDEST, thrust may as well push down, and there is none. Any fall is
+unless it was off trim. Once a t^2 / 2 exceeds WIDEST, thrust may as well push down, and it is 0. Any fall is
 braked in the height that is left,
 
     f = m (g + (v_z^2 - v_touch^2) / 2 h) / b_z  as soon as that takes BRAKE_SHARE of the deceleration that it has.

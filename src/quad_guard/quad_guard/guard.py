@@ -4,7 +4,7 @@
                            quad_guard.backup                   in DESCEND
                            none                               in KILL
 
-Whoever owns the vehicle (a simulator, a bridge to hardware) calls ``step`` once per plant step, after the newest
+The vehicle interface (a simulator, a bridge to hardware) calls ``step`` once per plant step, after the newest
 wrench and state are in and before the rotors get their command:
 
     inputs = Inputs(step, period, newest wrench, newest state, request)

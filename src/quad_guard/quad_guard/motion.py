@@ -3,7 +3,7 @@
     a = e^(i psi) u + d,   a = change of v in T / T,   u = f / m times body z,   both horizontal, as x + i y
     S = sum conj(u') a' T,   P = sum |u'|^2 T,   Q = sum |a'|^2 T
 
-psi is how far the vehicle's heading is from the one that is believed, d what else acts. A prime takes the mean of the
+psi is how far the vehicle's heading is from the one that is assumed, d what else acts. A prime takes the mean of the
 last MEMORY s off, for a steady wind tells nothing; the sums forget in that time too. What is left over is Q - 2 Re S +
 P with the heading as it is, and Q - 2 |S| + P with the best one, psi = arg S. What is no heading's, a push or a gust,
 leaves both large. The strength is the mean of (a_z + g) / u_z: a heavier vehicle, a weaker battery, a lift.
@@ -51,7 +51,7 @@ NO_EVIDENCE = Evidence(-1, Vec3(), Vec3(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.
 def gathered(
     before: Evidence, vehicle: Vehicle, v: Vec3, q_wb: Quat, thrust: float, step: int, period: int
 ) -> Evidence:
-    """Return the evidence with the sample of ``step``: velocity m/s, attitude as believed, ``thrust`` N flown.
+    """Return the evidence with the sample of ``step``: velocity m/s, attitude as assumed, ``thrust`` N flown.
 
     ``period`` in ns. Within an interval it stays as it is.
     """
@@ -103,7 +103,7 @@ def gathered(
 
 
 def begun_anew(before: Evidence) -> Evidence:
-    """Return ``before`` without what it says of a heading that is no longer believed."""
+    """Return ``before`` without what it says of a heading that is no longer used."""
     return Evidence(-1, before.v, before.u, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, before.strength)
 
 

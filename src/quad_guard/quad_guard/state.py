@@ -1,7 +1,7 @@
 """Which state the guard accepts: the newest good sample, else a prediction with the nominal model.
 
 After a reset that turns it, and when the motion contradicts its heading (``quad_guard.motion``), the attitude of a
-sample is not believed. That of the last good sample is then carried on by the body rates, its tilt held by the specific
+sample is not used. That of the last good sample is then carried on by the body rates, its tilt held by the specific
 force that the velocity shows,
 
     q' = q exp(omega dt + K b x s / g),   s = dv / dt + g z,
@@ -84,10 +84,10 @@ def observe(
 ) -> tuple[Estimate, Refusals, int]:
     """Return the estimate at plant step ``now``, the counts and the refusal of ``sample``.
 
-    ``flown``: the last wrench, ``unknown``: the torque beside and behind it. After too many refusals the next sample
-    that only jumped is accepted: the estimator was reset, and the backup law flies better on its new position and
-    velocity than on a prediction. Of other samples the body rate is used, unless it repeats itself to the last bit:
-    whatever froze the attitude may have frozen the rate.
+    ``flown``: the last wrench, ``unknown``: the torque in addition to it and after its lag. After too many refusals
+    the next sample that only jumped is accepted: the estimator was reset, and the backup law flies better on its new
+    position and velocity than on a prediction. Of other samples the body rate is used, unless it repeats itself to the
+    last bit: whatever froze the attitude may have frozen the rate.
     """
     limits = parameters.state
     refusals = expired(refusals, now, period)

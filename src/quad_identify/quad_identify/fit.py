@@ -16,7 +16,7 @@ from quad_identify.record import WINDOW, Floats
 
 LAGS = np.array([0.002, 0.01, 0.02, 0.035, 0.05, 0.07, 0.1])  # s
 DELAYS = np.array([0.0, 0.01, 0.02, 0.03, 0.045, 0.06])  # s
-OFFSET_BELIEF = 0.5  # m/s^2: standard deviation of the specific thrust at command 0, believed before any flight
+OFFSET_BELIEF = 0.5  # m/s^2: standard deviation of the specific thrust at command 0, assumed before any flight
 STRENGTH_BELIEF = 0.15  # the same of a rotor's effectiveness
 FLATNESS_BELIEF = (0.88, 0.1)  # mean and standard deviation of J_zz / (J_xx + J_yy)
 OUTLIER = 6.0  # times the median error of a window

@@ -32,7 +32,7 @@ def _imported(path: Path) -> Recording:
     imu = tables.get("imu", {})
     for name in ("linear_acceleration", "angular_velocity"):
         known = imu.get(f"{name}_covariance[0]")
-        if known is not None:  # -1: this sample has none
+        if known is not None:  # -1: without one
             tables[name] = {column: values[known >= 0.0] for column, values in imu.items()}
     content = {**load_map("bag"), ROTORS: noted}
     try:

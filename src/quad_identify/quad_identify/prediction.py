@@ -1,4 +1,4 @@
-"""How well parameters predict flights that they were not fitted to, beside what needs no model: hold the last value.
+"""How well parameters predict flights that they were not fitted to, against holding the last value.
 
 From every half second of a flight the vehicle is predicted 0.1, 0.5 and 1 s (and one block) ahead: its rates, attitude,
 velocity and position, from the measured ones and the commands.

@@ -1,4 +1,4 @@
-"""How old attitude and velocity of a log are, beside its gyro and accelerometer."""
+"""How old attitude and velocity of a log are, compared with its gyro and accelerometer."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation

@@ -1,4 +1,4 @@
-"""What whoever owns the vehicle has besides: it leads the flight, from the handshake to the end, for all nodes.
+"""What a vehicle interface has in addition: it leads the flight, from the handshake to the end, for all nodes.
 
 Subscribes: wrench_setpoint (WrenchStamped), flight/plan (FlightPlan), flight/nodes (NodeStatus),
 flight/recorded (RecorderAck); with a commander flight/mode/steps (FlightMode).
@@ -41,7 +41,8 @@ class FlightLeader:
 
     While ``armed`` is false the guard rests and the rotors get nothing. ``gives_up``: only the guard flies on, and of a
     commander's requests only KILL counts. ``unrecorded``: the recorder was given up. ``suspect``: the node that caused
-    the last guard takeover. ``stood_still``: text, how long this process was late. ``estimator``: who gives the state.
+    the last guard takeover. ``stood_still``: text, how long this process was late. ``estimator``: the node that
+    gives the state.
     """
 
     def __init__(

@@ -82,7 +82,7 @@ class FlightNode:
         # A controller whose node is named shadow_<role> answers in parallel to the one that flies.
         self.shadow = self.ros.get_name() in SHADOWS
         kind = self.ros.get_name() if self.shadow else role
-        # Who owns another vehicle than the simulated one has parameters of its own and the simulator's role.
+        # A vehicle interface has parameters of its own and the simulator's role.
         self.role = SIMULATOR if kind in VEHICLE_INTERFACES else kind
         self.resolved: Resolved = parameters.resolve_overrides(self.ros, kind)
         parameters.declare(self.ros, self.resolved)
@@ -203,7 +203,7 @@ class FlightNode:
         self.finish(1 if ended.state == FlightState.FAILED else 0, ended.reason or "flight ended")
 
     def outlives(self, signal: str) -> bool:
-        """Return whether this node goes on after the first signal; who has to act on it looks at ``asked_to_end``."""
+        """Return whether this node goes on after the first signal; ``asked_to_end`` tells others of it."""
         if not (self.flying and signal in self.outlived):
             return False
         self.asked_to_end = signal
@@ -219,7 +219,7 @@ class FlightNode:
 
     def drain(self, patience: float) -> None:
         """Wait at most ``patience`` s until subscribers have what was sent: a process that leaves takes it along."""
-        # nobody waits for one that stayed silent, and those that it would wait for have left
+        # no node waits for one that stayed silent, and those that it would wait for have left
         self.links.drain(min(patience, _SILENT_LEAVES) if self.events.counts["came_late"] else patience)
 
     def _on_parameters(self, resolved: Resolved, changes: dict[str, Value]) -> None:

@@ -95,7 +95,7 @@ class Topic(NamedTuple):
     def wire(self) -> str:
         """Its name between the nodes of a flight. Under its own name a latched step topic shows the newest alone.
 
-        Latched with the history that a flight needs, it would send all of that to who comes late, the oldest first.
+        Latched with the history that a flight needs, it would send all of that to a late subscriber, the oldest first.
         """
         return f"{self.name}/steps" if self.step and self.latched else self.name
 

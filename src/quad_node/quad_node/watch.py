@@ -41,7 +41,7 @@ class FlightWatch:
     """The newest ``flight/state`` of one run in one domain and namespace, and what its nodes say.
 
     ``news``: (flight time in s, text) of each change of mode, and of the first warning or error of a kind from a node,
-    that nobody has taken out yet.
+    not taken out yet.
     """
 
     def __init__(self, run_id: str, domain: int, namespace: str = "") -> None:

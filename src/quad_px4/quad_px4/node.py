@@ -39,8 +39,8 @@ class Px4Bridge:
     def __init__(self, kind: str = PX4, has_own_beats: bool = False, **flight: Any) -> None:
         """Look for px4_msgs and set up the mapping; raises ParameterError for what cannot fly.
 
-        ``has_own_beats``: its owner calls ``step``, every 20 ms of its own clock. ``flight``: what else is said to the
-        ``AutopilotFlight``.
+        ``has_own_beats``: the joined plant calls ``step``, every 20 ms of its own clock. ``flight``: what else is said
+        to the ``AutopilotFlight``.
         """
         self.flight = AutopilotFlight(
             kind,
@@ -220,7 +220,7 @@ class Px4Bridge:
 
     @property
     def _ours(self) -> int:
-        """Number of our external mode in PX4, -1 while it has none."""
+        """Number of our external mode in PX4, -1 until PX4 gives one."""
         return self._external.nav_state if self._external is not None else -1
 
     def _register(self) -> None:
@@ -228,13 +228,13 @@ class Px4Bridge:
         external, events = self._external, self.node.events
         if external is None or self.flight.profile is not PROFILE:
             return
-        if self._status is not None:  # before PX4 is heard nobody can answer
+        if self._status is not None:  # before PX4 is heard there is no answer
             external.ask(self.flight.stamps().now)
         chosen_by = ChosenBy(self.settings.chosen_by)
         if external.failure:
             self._external = None
             text = f"{self.settings.external_mode}: {external.failure}"
-            if chosen_by == ChosenBy.PILOT:  # in offboard nobody would choose when it takes off
+            if chosen_by == ChosenBy.PILOT:  # in offboard nothing would choose when it takes off
                 self.flight.stop = f"arming refused: external_mode {text}, and chosen_by pilot needs it"
             else:
                 text += "; flown in offboard instead"

@@ -93,7 +93,7 @@ def plan(parameters: Parameters, vehicle: Vehicle, start: VehicleState) -> Plan:
     path, miss = fitted(rows, parameters.smoothing)
     farthest = int(miss.argmax())
     if miss[farthest] > parameters.tolerance:
-        found = f"{miss[farthest]:.3g} m beside this position, expected at most {parameters.tolerance:g} m"
+        found = f"{miss[farthest]:.3g} m away from this position, expected at most {parameters.tolerance:g} m"
         raise ValueError(f"{rows.name} line {rows.lines[farthest]}: the smooth path is {found} (file.smoothing)")
     refuse_beyond_limits(parameters, vehicle, rows, path)
     duration = float(path[-1, 0]) + float(path[-1, 1])

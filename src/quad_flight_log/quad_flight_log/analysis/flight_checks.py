@@ -37,7 +37,7 @@ STRAY = 2.5  # m beyond all that was commanded
 STOPPED_SHARE = 0.05  # of the largest thrust of the flight: below it the motors count as stopped
 STOPPED_TIME = 0.1  # s
 EVIDENCE = ("reference", "actuation", "flight/guard", "flight/parameters")
-"""Topics of every flight that a verdict needs beside the flown path and ``flight/state``."""
+"""Topics of every flight that a verdict needs in addition to the flown path and ``flight/state``."""
 
 
 class LastState(NamedTuple):
@@ -62,7 +62,7 @@ class Flown(NamedTuple):
 
     @property
     def failed(self) -> bool:
-        """Whether the recorder or the vehicle's owner noted another end than the planned one."""
+        """Whether the recorder or the vehicle interface noted another end than the planned one."""
         noted = self.flight.metadata.get("outcome", "ended") != "ended"
         return noted or (self.last is not None and self.last.failed)
 

@@ -88,20 +88,20 @@ def truth_topic(flight: Flight) -> str:
 
     Also ``state`` where the laws fly on an autopilot's estimate: how far that wanders is not the laws' error.
     """
-    on_estimate = not flight.has("truth") or any(owner.flies_on_estimate for owner in owners(flight))
+    on_estimate = not flight.has("truth") or any(one.flies_on_estimate for one in vehicle_interfaces(flight))
     return "state" if flight.has("state") and on_estimate else "truth"
 
 
-def owners(flight: Flight) -> list[VehicleInterface]:
+def vehicle_interfaces(flight: Flight) -> list[VehicleInterface]:
     """Return the entries of VEHICLE_INTERFACES whose nodes have their parameters in the bag."""
     nodes = text_table(flight, "flight/parameters")["node"] if flight.has("flight/parameters") else ()
     names = {node.rpartition("/")[2] for node in nodes}
-    return [owner for name, owner in VEHICLE_INTERFACES.items() if name in names]
+    return [one for name, one in VEHICLE_INTERFACES.items() if name in names]
 
 
 def autopilot_lands(flight: Flight) -> bool:
     """Return whether a flight that is given up ends with an autopilot in command: what it does then is not recorded."""
-    return any(owner.autopilot_lands for owner in owners(flight))
+    return any(one.autopilot_lands for one in vehicle_interfaces(flight))
 
 
 def estimate_note(flight: Flight) -> str:

@@ -141,7 +141,7 @@ def part_of(table: Any, path: str) -> Any:
 
 
 def _stamps(table: Table) -> dict[str, NDArray[np.int64]]:
-    """Return {"stamp_ns": stamps of messages}, or nothing where their type has none."""
+    """Return {"stamp_ns": stamps of messages}, or nothing where their type lacks stamps."""
     for path in ("stamp", "header.stamp", "clock"):
         time = part_of(table, path)
         if time is not None and time.dtype.names == ("sec", "nanosec"):

@@ -37,7 +37,7 @@ class Flight:
 
     ``path``: its first file. ``topics``: {full name: Topic}. ``metadata``: what the recorder noted (run id, seed,
     versions, drops, ...). ``truncated``: the bag is cut or lacks a file and what is here is its verified beginning;
-    ``damage`` says where. ``unreadable``: {topic: why} of topics whose definition or encoding is none that can be
+    ``damage`` says where. ``unreadable``: {topic: why} of topics whose definition or encoding is not one that can be
     decoded (their bytes still are in ``payloads``).
     """
 
@@ -106,7 +106,7 @@ class Flight:
     def array(self, topic: str) -> Table:
         """Return all messages of a topic in the order of the bag, shape (n,).
 
-        Fields: ``log_ns`` (time of recording), ``stamp_ns`` (message stamp; left out where the type has none), then the
+        Fields: ``log_ns`` (time of recording), ``stamp_ns`` (message stamp; left out where the type lacks it), then the
         message's own. Raises TopicError or SchemaError.
         """
         name = self.resolve(topic)

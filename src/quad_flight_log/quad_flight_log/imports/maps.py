@@ -166,7 +166,7 @@ def _signal(name: str, table: Table, entry: Mapping[str, Any], content: Mapping[
 
 
 def _attitude(values: Floats, entry: Mapping[str, Any]) -> Floats:
-    """Return quaternions xyzw, FLU body to ENU world, of length 1 (NaN where they have none)."""
+    """Return quaternions xyzw, FLU body to ENU world, of length 1 (NaN without one)."""
     from scipy.spatial.transform import Rotation
 
     if entry.get("euler"):

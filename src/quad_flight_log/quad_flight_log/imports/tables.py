@@ -1,6 +1,6 @@
 """Reads logs of others as tables: {table: {column: values, shape (n,)}}, each with its time in s as column ``t``.
 
-What a file says of its own size is believed only as far as the file is long.
+What a file says of its own size counts only as far as the file is long.
 """
 
 import contextlib

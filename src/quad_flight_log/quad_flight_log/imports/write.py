@@ -93,7 +93,7 @@ def _messages(recording: Recording) -> list[tuple[int, str, Any]]:
     none = np.zeros(0)
     for name, field in (("motors", "normalized"), ("speeds", "velocity")):
         if name == "speeds" and "motors" in signals:
-            continue  # one topic: what was commanded; speeds beside it where they come with each command
+            continue  # one topic: what was commanded; speeds too where they come with each command
         for index, (ns, row) in enumerate(_rows(signals.get(name))):
             parts = {"position": none, "velocity": none, "normalized": none, field: np.array(row)}
             beside = signals.get("speeds")

@@ -265,7 +265,7 @@ class Recorder:
 def numbered(keep: Keep, take_number: Callable[[int | None], None]) -> Callable[..., None]:
     """Return the callback that calls ``take_number`` with how many messages the publisher had sent, then ``keep``.
 
-    The number counts from 1, and is None where the middleware has none.
+    The number counts from 1, and is None where the middleware does not count.
     """
 
     def on_message(*found: Any) -> None:

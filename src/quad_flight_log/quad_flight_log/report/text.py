@@ -46,7 +46,7 @@ def table(
 
 
 def csv_table(names: Sequence[str], metrics: Sequence[FlightMetrics]) -> str:
-    """Return CSV, one line per flight, every digit of each metric; empty where there is none."""
+    """Return CSV, one line per flight, every digit of each metric; empty without one."""
     cells = [
         [name, *("" if value is None else repr(value) for value in item)]
         for name, item in zip(names, metrics, strict=True)

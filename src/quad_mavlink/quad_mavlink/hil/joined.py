@@ -37,7 +37,7 @@ _ANSWERED = (Phase.STANDBY, Phase.MODE, Phase.ARM, Phase.SPOOL_UP, Phase.FLY)  #
 _BEFORE = -1  # step of the plant before step 0: what acts is what acts at the beginning
 SUMMARY = """Our plant under PX4 firmware, flown by our laws: torque over DDS, sensors and motors over TCP.
 
-Usually started by scripts/fly --realtime --vehicle-owner joined=FILE; then start PX4: it connects by itself.
+Usually started by scripts/fly --realtime --vehicle-interface joined=FILE; then start PX4: it connects by itself.
 Exit codes: 0 flown to the end and landed, 1 failed, 2 bad set-up."""
 
 

@@ -1,4 +1,4 @@
-"""`--vehicle-owner`: which vehicle interface is started in the simulator's place, and what must be there for it."""
+"""`--vehicle-interface`: which vehicle interface is started in the simulator's place, and what must be there for it."""
 
 import argparse
 from pathlib import Path
@@ -14,11 +14,11 @@ AUTOPILOT = "autopilot"
 
 
 def commands(options: argparse.Namespace) -> dict[str, list[str]]:
-    """Return {simulator: the interface's command}, empty without `--vehicle-owner`; raises ParameterError."""
-    if not options.vehicle_owner:
+    """Return {simulator: the interface's command}, empty without `--vehicle-interface`; raises ParameterError."""
+    if not options.vehicle_interface:
         return {}
-    name, _, file = options.vehicle_owner.partition("=")
-    expected = f"--vehicle-owner: found {options.vehicle_owner!r}, expected"
+    name, _, file = options.vehicle_interface.partition("=")
+    expected = f"--vehicle-interface: found {options.vehicle_interface!r}, expected"
     if name not in INTERFACES:
         raise ParameterError(f"{expected} one of {', '.join(INTERFACES)}, and =FILE with its parameters")
     interface = VEHICLE_INTERFACES[INTERFACES[name]]
@@ -26,19 +26,19 @@ def commands(options: argparse.Namespace) -> dict[str, list[str]]:
     if not file:
         raise ParameterError(f"{expected} {name}=FILE: the vehicle's own parameters, {page}")
     if not Path(file).is_file():
-        raise ParameterError(f"--vehicle-owner: {name}: found no file {file!r}, expected its parameters, {page}")
+        raise ParameterError(f"--vehicle-interface: {name}: found no file {file!r}, expected its parameters, {page}")
     if not options.realtime:
-        raise ParameterError("--vehicle-owner: found lockstep, expected --realtime: a vehicle's clock cannot be halted")
+        raise ParameterError("--vehicle-interface: found lockstep, expected --realtime: its clock cannot be halted")
     if interface.autopilot_lands and options.mission is None:
         raise ParameterError(
-            f"--vehicle-owner: {name}: found no mission, expected one: --mission takeoff:2,case2,hold:5,land"
+            f"--vehicle-interface: {name}: found no mission, expected one: --mission takeoff:2,case2,hold:5,land"
         )
     if any(given.startswith(f"{SIMULATOR}=") for given in options.own):
-        raise ParameterError("--vehicle-owner: found --own simulator as well, expected one of them")
+        raise ParameterError("--vehicle-interface: found --own simulator as well, expected one of them")
     return {SIMULATOR: [str(executable(INTERFACES[name])), "--ros-args", "--params-file", str(Path(file).resolve())]}
 
 
 def settings(options: argparse.Namespace) -> list[str]:
     """Return what the bridge needs of the other nodes, as --set takes it; the user's settings come after it."""
-    name = (options.vehicle_owner or "").partition("=")[0]
+    name = (options.vehicle_interface or "").partition("=")[0]
     return list(VEHICLE_INTERFACES[INTERFACES[name]].settings) if name in INTERFACES else []

@@ -1,16 +1,16 @@
-"""`--vehicle-owner` names its bridge, or says in one line what is missing. It needs the packages of all bridges."""
+"""`--vehicle-interface` names its bridge, or says in one line what is missing. It needs the packages of all bridges."""
 
 import argparse
 
 import pytest
 
-from quad_bringup import vehicle_owner
+from quad_bringup import vehicle_interface
 from quad_core.parameters import ParameterError
 
 
 def asked(given, realtime=True, own=(), mission="takeoff,land"):
-    options = argparse.Namespace(vehicle_owner=given, realtime=realtime, own=list(own), mission=mission)
-    return vehicle_owner.commands(options)
+    options = argparse.Namespace(vehicle_interface=given, realtime=realtime, own=list(own), mission=mission)
+    return vehicle_interface.commands(options)
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ AGES = [f"commander.modes.{age}=60" for age in ("reference_late", "reference_los
     ],
 )
 def test_periods_fit_the_spacing_of_states_and_nothing_ages_while_a_joined_plant_waits(given, found):
-    assert vehicle_owner.settings(argparse.Namespace(vehicle_owner=given)) == found
+    assert vehicle_interface.settings(argparse.Namespace(vehicle_interface=given)) == found
 
 
 def test_what_is_missing_is_named(tmp_path):
