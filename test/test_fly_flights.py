@@ -32,8 +32,10 @@ def errors_of(bag):
 def test_a_good_flight_prints_what_its_bag_holds(tmp_path):
     out = tmp_path / "bag"
     settings = ["--set", "vehicle.mass=0.6", "--set", "simulator.rigid_body.mass_error=0.01"]
-    done = finish(start("hover", "--duration", "1", "--seed", "5", "--out", out, *settings))
+    done = finish(start("hover", "--duration", "1", "--seed", "5", "--out", out, "--view", *settings))
     assert done.returncode == 0, done.stdout + done.stderr
+    assert re.search(r"^view: http://127\.0\.0\.1:\d+/ ", done.stdout, re.MULTILINE)
+    assert "view: the flight ended\n" in done.stdout
     bag = open_flight(out)
     errors = errors_of(bag)
     assert len(errors) == 100

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from quad_bringup import surroundings, vehicle_interface
+from quad_bringup import surroundings, vehicle_interface, view
 from quad_bringup.domains import reserved_domain
 from quad_bringup.mission_file import read_mission
 from quad_bringup.ros_flight import BAD_SETUP, FAILED, Planned, fly
@@ -99,7 +99,8 @@ def _fly(options: argparse.Namespace, made: list[Path], interrupted: Interrupts)
         for flight in flights:
             if remark := unfelt_wind(flight.nodes):
                 complain(f"WARNING: {flight.name}: {remark}")
-            codes.append(fly(flight, domain, interrupted))
+            with view.shown(flight.directory, wanted=options.view):
+                codes.append(fly(flight, domain, interrupted))
             if interrupted.name:
                 break
         if len(codes) < len(flights):
@@ -159,6 +160,7 @@ def _parser() -> argparse.ArgumentParser:
         ("--realtime", "fly at the speed of the clock instead of in lockstep"),
         ("--one-process", "the five nodes in one process: the same bits, about twice as fast"),
         ("--relay", "odometry_relay makes state from an estimator's topic"),
+        ("--view", "in the browser too, on this machine alone; it reads the growing bag, so no node notices"),
         ("--visible", "let every ROS 2 shell on this machine see the nodes, whatever this shell has chosen"),
     ):
         parser.add_argument(flag, action="store_true", help=text)

@@ -10,6 +10,7 @@ import sys
 import textwrap
 import traceback
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, TextIO, cast
 
@@ -263,13 +264,23 @@ def _import(options: argparse.Namespace) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
-    """Write a configuration for RViz, and print how it shows a bag or a live flight.
+    """Write a configuration for RViz and print how it shows a bag or a live flight; --live shows one in the browser.
 
-    Without --out flight.rviz is written into this directory.
+    Without --out flight.rviz is written into this directory. --live follows the flight that records into BAG, or the
+    newest below flights/: it prints an address of this machine, opens a browser where there is a screen, and ends with
+    the flight.
 
     log view flights/case1-1-1
     log view --namespace second --out views    for a live flight
+    log view --live
     """
+    if options.live:
+        from quad_flight_log.report.live import Feed, follow, serve, under_way
+
+        path = under_way(options.bags[0] if options.bags else None)
+        feed = Feed(path.parent.name)
+        serve(feed, partial(follow, path, feed))
+        return 0
     from quad_flight_log.report.rviz import write_rviz
 
     flights = _opened(options)
@@ -278,6 +289,29 @@ def _view(options: argparse.Namespace) -> int:
     for flight in flights:
         print(f"rviz2 -d {path} and, in another shell, ros2 bag play {flight.path.parent}")
     return 0
+
+
+def _play(options: argparse.Namespace) -> int:
+    """Play a bag in the browser at its own pace: prints an address of this machine and begins when a browser opens it.
+
+    log play flights/case1-1-1 --speed 4
+    """
+    from quad_flight_log.report.flight_figures import run_from_flight
+    from quad_flight_log.report.live import Feed, play, serve
+
+    (flight,) = _opened(options)
+    run, feed = run_from_flight(flight, flight.name), Feed(flight.name)
+    if not run.has("truth"):
+        raise flight.without_topics("there is nothing to play")
+    serve(feed, partial(play, run, feed, options.speed))
+    return 0
+
+
+def _speed(text: str) -> float:
+    value = float(text)
+    if not 0.01 <= value <= 1000.0:
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected 0.01 to 1000")
+    return value
 
 
 _REPEATED: dict[str, Any] = {"action": "append", "default": []}
@@ -302,6 +336,8 @@ FLAGS: dict[str, dict[str, Any]] = {
     "--names": {"default": "", "metavar": "A,B,...", "help": "names of the flights (default: their folders)"},
     "--out": {"type": Path, "metavar": "DIR", "help": "directory of what is written"},
     "--map": {"default": "", "metavar": "NAME|FILE", "help": "map of columns, shipped or a YAML file"},
+    "--live": {"action": "store_true", "help": "show a flight under way in the browser"},
+    "--speed": {"type": _speed, "default": 1.0, "metavar": "X", "help": "times the flight's own pace (default: 1)"},
     "--namespace": {"default": "", "help": "namespace of the vehicle"},
 }
 COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], int | str, tuple[str, ...]]] = {
@@ -313,7 +349,8 @@ COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], int | str, tuple[
     "replay": (_replay, 1, ()),
     "report": (_report, "+", ("--names", "--out")),
     "figure": (_figure, "+", ("--figure", "--names", "--out FILE", "--width", "--height")),
-    "view": (_view, "*", ("--out",)),
+    "view": (_view, "*", ("--out", "--live")),
+    "play": (_play, 1, ("--speed",)),
     "import": (_import, 1, ("--map", "--out")),
 }
 """{command: (function, how many bags, flags)}. A function's docstring is its help, the last paragraph examples.

@@ -6,8 +6,9 @@ within a record (killed recorder, full disk, cut copy) gives the messages before
 error. SQLite files are read by ``rosbags``.
 """
 
+import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, cast
 
@@ -74,9 +75,12 @@ class BagFile:
         self._count = self._unpacked = self._file_size = 0
         self._own = False  # written by our recorder, whose files have every checksum
 
-    def messages(self) -> Iterator[Message]:
-        """Yield the messages in the order of the file, once; raises FlightLogError, CorruptError for damage."""
-        return self._mcap() if self._base is None else self._sqlite(self._base)
+    def messages(self, grows: Callable[[], bool] = lambda: False) -> Iterator[Message]:
+        """Yield the messages in the order of the file, once; raises FlightLogError, CorruptError for damage.
+
+        ``grows``: asked at the end of a file that is being written, which waits and says whether more may come.
+        """
+        return self._mcap(grows) if self._base is None else self._sqlite(self._base)
 
     def _sqlite(self, base: Path) -> Iterator[Message]:
         """Yield the messages in the order of their times; the format has no checksums."""
@@ -89,13 +93,13 @@ class BagFile:
         except Exception as error:  # whatever rosbags, SQLite and zstd raise
             raise CorruptError(f"{self.path}: {one_line(error)}") from error
 
-    def _mcap(self) -> Iterator[Message]:
+    def _mcap(self, grows: Callable[[], bool]) -> Iterator[Message]:
         try:
             file = self.path.open("rb")
         except OSError as error:
             raise FlightLogError(f"{self.path}: {error.strerror or error}") from error
         with file:
-            stream = _Stream(file, self.path)
+            stream = _Stream(file, self.path, grows)
             try:
                 yield from self._read(stream)
             except FlightLogError:
@@ -192,8 +196,8 @@ def _channel(connection: Any) -> Channel:
 class _Stream:
     """The bytes of a file, unpacked where the file is compressed; a short read is a cut file."""
 
-    def __init__(self, file: BinaryIO, path: Path) -> None:
-        self.at = 0
+    def __init__(self, file: BinaryIO, path: Path, grows: Callable[[], bool]) -> None:
+        self.at, self._grows, self._descriptor = 0, grows, file.fileno()
         head = file.read(len(_MAGIC))
         file.seek(0)
         if not head:
@@ -204,8 +208,11 @@ class _Stream:
             raise FlightLogError(f"{path}: starts with {head!r}, expected an MCAP file ({_MAGIC!r})")
 
     def read(self, size: int) -> bytes:
-        if self.size and self.at + size > self.size:
-            raise _CutError
+        while self.size and self.at + size > self.size:
+            more = self._grows()
+            self.size = os.fstat(self._descriptor).st_size
+            if not more and self.at + size > self.size:
+                raise _CutError
         data: bytes = self._file.read(size)
         self.at += len(data)
         if len(data) < size:

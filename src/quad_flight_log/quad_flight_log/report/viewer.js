@@ -231,7 +231,7 @@
     speed.setAttribute("aria-label", "speed");
     for (const each of [0.1, 0.25, 0.5, 1, 2, 4, 8]) element(speed, "option", "", `${each} x`).value = String(each);
     speed.value = "1";
-    const state = { t: 0, low: 0, high: 1, playing: false, view: "orbit", frames: 0, live: false, reference: true, ended: "" };
+    const state = { t: 0, low: 0, high: 1, playing: false, view: "orbit", frames: 0, live: false, growing: false, reference: true, ended: "" };
     const camera = { yaw: -1.0, pitch: 0.45, distance: 5, target: [0, 0, 0], shift: [0, 0, 0] };
     const scene = { centre: [0, 0, 0], extent: 1, arm: 0.2, worst: 1, grid: 0 };
     const shapes = { vehicle: paint.buffer(vehicle()), arrow: paint.buffer(ARROW), mark: paint.buffer(MARK), grid: null, axes: null };
@@ -300,7 +300,7 @@
     }
 
     function look(view) {
-      state.view = view;
+      Object.assign(state, { view, looked: scene.extent });
       const far = 1.25 * scene.extent + 4 * scene.arm;
       const angles = { orbit: [-1.0, 0.45], follow: [-2.6, 0.3], top: [-Math.PI / 2, Math.PI / 2], side: [-Math.PI / 2, 0] }[view];
       Object.assign(camera, { yaw: angles[0], pitch: angles[1], distance: view === "follow" ? 10 * scene.arm : far, shift: [0, 0, 0] });
@@ -341,7 +341,7 @@
       const wind = main.value("wind", here), thrust = main.value("thrust", here), error = main.value("error", here);
       const tilt = q && Math.acos(clamp(1 - 2 * (q[0] * q[0] + q[1] * q[1]), -1, 1)) * 180 / Math.PI;
       const said = [p && `height ${p[2].toFixed(2)} m`, error && `error ${metres(error[0])}`, q && `tilt ${tilt.toFixed(1)}°`,
-        thrust && `thrust ${thrust[0].toFixed(2)} N`, wind && `wind ${length(...wind).toFixed(1)} m/s`, `grid ${scene.grid} m`, state.ended];
+        thrust && `thrust ${thrust[0].toFixed(2)} N`, wind && length(...wind) > 1e-3 && `wind ${length(...wind).toFixed(1)} m/s`, `grid ${scene.grid} m`, state.ended];
       hud.textContent = said.filter(Boolean).join("   ");
       clock.textContent = `${state.t.toFixed(2)} s`;
       slider.value = String(state.t);
@@ -390,7 +390,7 @@
     }
 
     function seek(t) {
-      state.live = false;
+      state.live = state.growing && t >= state.high; // End of a flight under way: its newest again
       state.t = clamp(t, state.low, state.high);
       ask();
     }
@@ -474,16 +474,16 @@
         ask();
       },
       add(columns) { // a flight under way: the newest is shown until somebody scrubs
-        const first = main.n === 0, before = scene.extent;
+        const first = main.n === 0;
         const numbers = (values) => Float32Array.from(values, (each) => (each === null ? NaN : each));
         main.add(Object.fromEntries(Object.entries(columns).map(([key, values]) => [key, numbers(values)])));
         measure();
-        if (first) Object.assign(state, { live: true, t: main.t[0] });
-        if (first || scene.extent > 1.3 * before) look(state.view);
+        if (first) Object.assign(state, { live: true, growing: true, t: main.t[0] });
+        if (first || scene.extent > 1.3 * state.looked) look(state.view);
         range(main.t[0], main.t[main.n - 1]);
       },
       end(text) {
-        Object.assign(state, { ended: text, live: false });
+        Object.assign(state, { ended: text, live: false, growing: false });
         ask();
       },
     };
