@@ -15,7 +15,7 @@ from test_study_plan import content, read
 from quad_core import plugins
 from quad_core.parameters import ParameterError
 from quad_flight.flight import Result
-from quad_flight.loop import Score
+from quad_flight.score import Score
 from quad_flight_log.analysis.metrics import METRICS
 
 pytestmark = pytest.mark.skipif(

@@ -12,7 +12,7 @@ from tune import Cost, defaults, flight_cost, main, tune
 
 from quad_core import plugins
 from quad_flight.flight import Result, flight_from_files
-from quad_flight.loop import Score
+from quad_flight.score import Score
 
 pytestmark = pytest.mark.skipif(
     "se3" not in plugins.names(plugins.POSITION_LAW), reason="plug-ins are not installed: run scripts/setup"

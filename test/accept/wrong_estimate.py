@@ -7,8 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from quad_core.types import SensorFault, Vec3, VehicleState, fresh
-from quad_dynamics.sensor import misread
+from quad_core.types import SensorFault, Vec3, VehicleState, fresh, misread
 
 
 class Parameters(NamedTuple):

@@ -10,17 +10,11 @@ from quad_campaign.parts import Parts
 from quad_core.parameters import Value
 from quad_flight.flight import Flight, Result, fly
 from quad_flight.many import run_many
+from quad_flight.score import FIGURES
 from quad_flight.set_up import is_late
 from quad_flight.variation import Variation
 
 ENDED = "ended"
-FIGURES = {
-    "rmse": "position_rmse",
-    "largest_error": "position_max",
-    "last_error": "position_final",
-    "torque_variation": "torque_total_variation",
-}
-"""{figure of a campaign: what a flight's table calls it}"""
 
 
 class Batch(NamedTuple):
@@ -66,10 +60,7 @@ def row(definition: Definition, number: int, values: dict[str, Value], result: R
 
     Success: it ended and every figure named by the campaign's ``success`` is at most its limit.
     """
-    score = result.score
-    figures = dict(
-        zip(FIGURES, (result.rmse, score.largest_error, score.last_error, score.torque_variation), strict=True)
-    )
+    figures = {name: figure.of(result.score) for name, figure in FIGURES.items()}
     good = result.outcome == ENDED and all(figures[name] <= limit for name, limit in definition.success.items())
     return {
         "flight": number,

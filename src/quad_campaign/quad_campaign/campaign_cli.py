@@ -10,7 +10,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
-from quad_campaign.batch import FIGURES, flight_of, prepared, run, shipped
+from quad_campaign.batch import flight_of, prepared, run, shipped
 from quad_campaign.campaign_report import page, text
 from quad_campaign.definition import Definition, command, read_definition
 from quad_campaign.parts import Parts
@@ -18,6 +18,7 @@ from quad_core.command_line import Parser, open_streams
 from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
 from quad_flight.engine import EngineError, source_hash
+from quad_flight.score import FIGURES
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.page import write_page
 
@@ -102,7 +103,7 @@ def _refly(definition: Definition, options: argparse.Namespace) -> int:
     words = command(definition, values) + (["--out", str(options.out)] if options.out else [])
     # what a success is, is said by the campaign, not by the case
     for figure, limit in definition.success.items():
-        words += ["--limits", f"{FIGURES[figure]}={limit:g}"]
+        words += ["--limits", f"{FIGURES[figure].metric}={limit:g}"]
     sys.stdout.write(shlex.join(["scripts/fly", *words]) + "\n")
     sys.stdout.flush()
     return fly(words)

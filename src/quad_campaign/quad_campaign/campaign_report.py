@@ -6,11 +6,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from quad_campaign.batch import FIGURES
 from quad_campaign.definition import Definition, command
 from quad_core.parameters import Value
+from quad_flight.score import FIGURES
 from quad_flight.variation import SEED, Variation
-from quad_flight_log.analysis.metrics import METRICS
 from quad_flight_log.report.figures import Figure, Line, Panel
 from quad_flight_log.report.page import Page, folded, heading, table, verbatim
 
@@ -67,7 +66,7 @@ def page(definition: Definition, variation: Variation, frame: pd.DataFrame, abou
         [str(q), *(f"{value:.4g}" for value in row)]
         for q, row in zip(QUANTILES, quantiles(frame).to_numpy(), strict=True)
     ]
-    head = ["share of the flights", *(f"{name} [{METRICS[metric].unit}]" for name, metric in FIGURES.items())]
+    head = ["share of the flights", *(f"{name} [{figure.unit}]" for name, figure in FIGURES.items())]
     cases = [
         [str(row["flight"]), row["outcome"], f"{row['rmse']:.4g}", _refly(definition, row)]
         for row in worst(frame).to_dict("records")

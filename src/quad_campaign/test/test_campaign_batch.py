@@ -5,7 +5,7 @@ import pytest
 from quad_campaign.batch import row
 from quad_campaign.definition import Definition
 from quad_flight.flight import Result
-from quad_flight.loop import Score
+from quad_flight.score import Score
 
 LIMITED = Definition("limits", "", {}, {}, {"largest_error": 0.2, "last_error": 0.1}, 1)
 

@@ -12,7 +12,6 @@ from quad_core.types import (
     Conditions,
     Disturbance,
     PositionInternals,
-    SensorFault,
     Vec3,
     VehicleState,
 )
@@ -77,12 +76,6 @@ def as_disturbance(conditions: Conditions, acceleration_w: Vec3, angular_acceler
         link_delay=link.delay,
         link_lost=link.lost,
     )
-
-
-def is_faulty(fault: SensorFault) -> bool:
-    """Return whether ``fault`` changes a reading."""
-    offset = fault.offset_w
-    return fault.frozen or offset.x != 0.0 or offset.y != 0.0 or offset.z != 0.0 or fault.yaw_offset != 0.0
 
 
 INFEASIBLE_ERROR = 1.0  # m from the reference with the position law at a limit,

@@ -5,6 +5,7 @@ Each type here has a message of the same name and field names in ``quad_msgs`` (
 world), Z-Y-X Euler angles. A comment ``[unit]`` follows every number, as in the .msg files.
 """
 
+import math
 from typing import NamedTuple
 
 
@@ -197,7 +198,10 @@ class Actuation(NamedTuple):
 
 
 class SensorFault(NamedTuple):
-    """What goes wrong between truth and ``state``: a frozen reading, a jump in position m and in heading rad."""
+    """What goes wrong between truth and ``state``: a frozen reading, a jump in position m and in heading rad.
+
+    ``misread`` applies it; ``quad_dynamics.sensor`` freezes.
+    """
 
     frozen: bool = False
     offset_w: Vec3 = Vec3()  # [m]
@@ -214,6 +218,22 @@ class LinkFault(NamedTuple):
 ALL_ROTORS = Rotors(1.0, 1.0, 1.0, 1.0)
 NO_SENSOR_FAULT = SensorFault()
 NO_LINK_FAULT = LinkFault()
+
+
+def is_faulty(fault: SensorFault) -> bool:
+    """Return whether ``fault`` changes a reading."""
+    return fault != NO_SENSOR_FAULT
+
+
+def misread(reading: VehicleState, fault: SensorFault) -> VehicleState:
+    """Return ``reading`` with the jump of ``fault``: position shifted, attitude turned about the world's z axis."""
+    p, q, offset = reading.p_w, reading.q_wb, fault.offset_w
+    if fault.yaw_offset != 0.0:
+        s, c = math.sin(0.5 * fault.yaw_offset), math.cos(0.5 * fault.yaw_offset)
+        q = Quat(c * q.x - s * q.y, c * q.y + s * q.x, c * q.z + s * q.w, c * q.w - s * q.z)
+    shifted = Vec3(p.x + offset.x, p.y + offset.y, p.z + offset.z)
+    jumped = fresh(shifted, reading.v_w, q, reading.omega_b)
+    return with_ages(jumped, reading.position_age, reading.velocity_age, reading.attitude_age, reading.rate_age)
 
 
 class Conditions(NamedTuple):

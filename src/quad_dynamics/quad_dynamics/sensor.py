@@ -12,10 +12,10 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.cycle import is_faulty, seconds
+from quad_core.cycle import seconds
 from quad_core.geometry import add, rotated_by_vector
 from quad_core.parameters import Real, Whole
-from quad_core.types import Quat, SensorFault, Vec3, VehicleState, fresh, with_ages
+from quad_core.types import Quat, SensorFault, Vec3, VehicleState, fresh, is_faulty, misread, with_ages
 
 CHANNELS = 12
 STREAM_FAMILY = 2
@@ -140,16 +140,6 @@ def step(
     if fault.frozen and memory.frozen:
         reading = memory.reading
     return reading, Memory(memory.active, memory.late, memory.ages, memory.period, last_sample, fault.frozen, reading)
-
-
-def misread(reading: VehicleState, fault: SensorFault) -> VehicleState:
-    """Return ``reading`` with the jump of ``fault``: position shifted, attitude turned about the world's z axis."""
-    p, q, offset = reading.p_w, reading.q_wb, fault.offset_w
-    if fault.yaw_offset != 0.0:
-        s, c = math.sin(0.5 * fault.yaw_offset), math.cos(0.5 * fault.yaw_offset)
-        q = Quat(c * q.x - s * q.y, c * q.y + s * q.x, c * q.z + s * q.w, c * q.w - s * q.z)
-    jumped = fresh(add(p, offset), reading.v_w, q, reading.omega_b)
-    return with_ages(jumped, reading.position_age, reading.velocity_age, reading.attitude_age, reading.rate_age)
 
 
 def sampled(parameters: Parameters, table: NDArray[np.float64], row: int, truth: VehicleState) -> VehicleState:

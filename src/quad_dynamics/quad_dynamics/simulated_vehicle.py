@@ -12,9 +12,9 @@ makes them of the chosen plug-ins.
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from quad_core.cycle import is_faulty, seconds
+from quad_core.cycle import seconds
 from quad_core.lift_off import LiftOff, airborne, lifted_off
-from quad_core.types import Actuation, Conditions, Rotors, Vec3, VehicleState, Wrench, fresh, with_ground
+from quad_core.types import Actuation, Conditions, Rotors, Vec3, VehicleState, Wrench, fresh, is_faulty, with_ground
 from quad_core.vehicle import Vehicle
 from quad_dynamics.link import Memory as LinkMemory
 from quad_dynamics.link import step as link_step

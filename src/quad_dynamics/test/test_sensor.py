@@ -163,12 +163,3 @@ def test_a_jump_is_not_seen_while_the_sensors_are_frozen():
     faults = [SensorFault(frozen=k >= 1, offset_w=Vec3(1.0, 0.0, 0.0) if k >= 2 else Vec3()) for k in range(5)]
     readings = seen(Parameters(), moving(5), faults=faults)
     assert [r.p_w.x for r in readings] == [0.0, 1.0, 1.0, 1.0, 1.0]
-
-
-def test_a_jump_shifts_the_position_and_turns_the_heading():
-    jump = SensorFault(offset_w=Vec3(1.0, 2.0, -3.0), yaw_offset=0.4)
-    reading = seen(Parameters(), [HERE], faults=[jump])[0]
-    assert reading.p_w == (2.0, 0.0, 0.0)
-    expected = Rotation.from_euler("Z", 0.4) * TILTED
-    assert (expected.inv() * Rotation.from_quat(reading.q_wb)).magnitude() < 1e-15 * 10
-    assert (reading.v_w, reading.omega_b) == (HERE.v_w, HERE.omega_b)

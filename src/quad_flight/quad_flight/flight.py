@@ -17,7 +17,8 @@ from quad_dynamics import link
 from quad_dynamics.simulated_vehicle import RandomStreams
 from quad_flight import loop, rows
 from quad_flight.engine import Engine, EngineError, Modules, compiled_engine, explain, python_engine, signs_of_life
-from quad_flight.loop import NOTHING_SCORED, LoopState, Schedule, Score, Setup, Start, take_off
+from quad_flight.loop import LoopState, Schedule, Setup, Start, take_off
+from quad_flight.score import FIGURES, NOTHING_SCORED, Score
 from quad_flight.set_up import Request, resolve_flight
 from quad_flight.stages import PerStage, Signals
 from quad_guard.ending import described, has_ground, stands
@@ -68,7 +69,7 @@ class Result(NamedTuple):
     @property
     def rmse(self) -> float:
         """Root mean square distance from the reference in m over the counted steps; NaN if none was counted."""
-        return float(np.sqrt(self.score.squared_error / self.score.samples)) if self.score.samples else float("nan")
+        return FIGURES["rmse"].of(self.score)
 
 
 def from_names(case: str, **choices: Any) -> Flight:

@@ -5,16 +5,14 @@
 at step k. ``take_off`` plans the trajectory; it alone is never compiled.
 """
 
-import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from quad_core.cycle import ReferenceLag, followed, is_flyable, seconds, steps_to_cover
 from quad_core.enumerations import GuardMode, GuardRequest
-from quad_core.geometry import dot, subtract
 from quad_core.guard_parameters import GuardParameters
 from quad_core.lift_off import airborne, standing
-from quad_core.types import Actuation, Disturbance, TrajectoryPoint, Vec3, VehicleState, with_ground
+from quad_core.types import Actuation, Disturbance, TrajectoryPoint, VehicleState, with_ground
 from quad_core.vehicle import Vehicle
 from quad_dynamics.link import Memory as LinkMemory
 from quad_dynamics.simulated_vehicle import Memory as VehicleMemory
@@ -25,6 +23,7 @@ from quad_dynamics.simulated_vehicle import (
     receive,
     sensing_is_active,
 )
+from quad_flight.score import NOTHING_SCORED, Score, scored, with_torque_change
 from quad_guard.checks import StateSample
 from quad_guard.ending import is_down
 from quad_guard.guard import FRESH_MEMORY
@@ -57,43 +56,6 @@ class Functions(NamedTuple):
     trajectory_duration: Function
     answer: Function
     distance_behind: Function
-
-
-class Score(NamedTuple):
-    """Errors of truth against the reference at the steps of the trajectory with t >= ``score_from``; m, m^2.
-
-    ``torque_variation``: sum of all changes of the commanded torque since then in N m, the three axes added.
-    """
-
-    samples: int
-    squared_error: float
-    largest_error: float
-    last_error: float
-    torque_variation: float
-
-
-NOTHING_SCORED = Score(0, 0.0, 0.0, 0.0, 0.0)
-
-
-def scored(score: Score, state: VehicleState, reference: TrajectoryPoint) -> Score:
-    """Return ``score`` with the distance of ``state`` from ``reference`` counted in."""
-    off = subtract(state.p_w, reference.p_w)
-    squared = dot(off, off)
-    error = math.sqrt(squared)
-    largest = error if error > score.largest_error else score.largest_error
-    return Score(score.samples + 1, score.squared_error + squared, largest, error, score.torque_variation)
-
-
-def with_torque_change(score: Score, before: Vec3, now: Vec3) -> Score:
-    """Return ``score`` with the change of the commanded torque from ``before`` to ``now`` in N m counted in."""
-    change = abs(now.x - before.x) + abs(now.y - before.y) + abs(now.z - before.z)
-    return Score(
-        samples=score.samples,
-        squared_error=score.squared_error,
-        largest_error=score.largest_error,
-        last_error=score.last_error,
-        torque_variation=score.torque_variation + change,
-    )
 
 
 class Schedule(NamedTuple):
