@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from rclpy.publisher import Publisher
 
 from quad_core.cascade import SHADOW, SIGNALS, STAGE
-from quad_core.records import field_kinds, finite_check, flattener
+from quad_core.records import field_kinds, flattener, numbers_finite
 from quad_core.resolution import Plugin
 from quad_core.safe import safe_input
 from quad_core.types import InputSteps, StepRecord
@@ -41,10 +41,11 @@ class LawNode:
         self.law: Plugin = node.resolved.law
         module = self.law.module
         self.compute, self.memory = module.step, module.init(self.law.parameters, node.vehicle)
-        self._is_finite, self._is_memory_finite = finite_check(stage.output_type), finite_check(module.Memory)
+        self._flat_output, self._flat_memory = flattener(stage.output_type), flattener(module.Memory)
         self._inputs = stage.inputs_type
         for taken in stage.inputs:
             self.responder.take(taken.topic, taken.lag)
+        self._unsaid = [SIGNALS[taken.topic].kind() for taken in stage.inputs]  # before the first value of an input
         self._output_out = node.links.publisher(stage.output)
         self._internals_out = node.links.publisher(stage.internals_topic)
         self._pack = packer(stage.output_type, topics.message_type(stage.output_type), node.run)
@@ -68,7 +69,7 @@ class LawNode:
             self.memory = law.module.init(law.parameters, node.vehicle)
         inputs = self._inputs(sample.state, *values)
         output, memory, internals = self.compute(law.parameters, node.vehicle, self.memory, inputs, sample.dt)
-        if not (self._is_finite(output) and self._is_memory_finite(memory)):
+        if not (numbers_finite(self._flat_output(output)) and numbers_finite(self._flat_memory(memory))):
             node.events.error("law_nonfinite", f"{law.name}: non-finite output", sample.stamp_ns)
             node.finish(1, f"{law.name}: non-finite output at step {step}")
             return
@@ -86,17 +87,16 @@ class LawNode:
 
         The second result has bit k set if a safe value replaces input k.
         """
-        node, values, replaced = self.node, [], 0
-        for place, (taken, arrival) in enumerate(zip(self.responder.inputs, arrivals, strict=True)):
-            value = arrival.value if arrival else SIGNALS[taken.topic].kind()
-            age = time.monotonic() - taken.heard if arrival and not node.lockstep else 0.0
+        node, replaced = self.node, 0
+        values = [arrival.value if arrival else self._unsaid[place] for place, arrival in enumerate(arrivals)]
+        for place, taken in enumerate(() if node.lockstep else self.responder.inputs):
+            age = time.monotonic() - taken.heard if arrivals[place] else 0.0
             if not taken.lag and age > node.settings.input_timeout:
                 node.events.warn("stale_input", f"{taken.topic}: {age * 1e3:.0f} ms old; safe output")
-                value = safe_input(taken.topic, value, node.vehicle, sample.state)
+                values[place] = safe_input(taken.topic, values[place], node.vehicle, sample.state)
                 replaced |= 1 << place
-                if value is None:
+                if values[place] is None:
                     return None, replaced
-            values.append(value)
         return values, replaced
 
     def deactivate(self, ended: FlightState) -> None:

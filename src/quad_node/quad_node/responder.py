@@ -66,11 +66,15 @@ class InputTopic:
     def at(self, step: int) -> Stamped | None:
         """Return the value that belongs to ``step``, None if it has not come."""
         due = step - self.lag
+        if (arrival := self._arrivals.get(due)) is not None:
+            return arrival
         begun = [first for first, arrival in self._arrivals.items() if first <= due < arrival.next_step]
         return self._arrivals[max(begun)] if begun else None
 
     def forget_before(self, step: int) -> None:
-        """Drop what no step from ``step`` on needs."""
+        """Drop what no step from ``step`` on needs, but for the last one that is kept."""
+        if len(self._arrivals) < 2:
+            return
         for first, arrival in list(self._arrivals.items()):
             if arrival.next_step <= step - self.lag:
                 del self._arrivals[first]
@@ -225,7 +229,7 @@ class Responder:
 
     def _on_state(self, payload: bytes) -> None:
         (step, run), node, last = head_of(payload), self.node, self._states.last
-        if step >= 0 and node.is_foreign("state", run):
+        if step >= 0 and run != node.run and node.is_foreign("state", run):
             return
         node.last_heard = self.state_heard = time.monotonic()
         node.flying = True
