@@ -4,7 +4,7 @@ The cases are those of public reports (C) and of a new ROS user's day (F); each 
 commands as a user types them or flights on a faulty estimator (``estimators``). ``--only PATTERN`` takes rows whose
 name holds it, such as ``--only "^C1"`` or ``--only "hover.*100"``. What tests of the suite reproduce is run there: C0
 test_infeasible; C8 test_waypoints; C10 test_files; C11 to C15, C20, C22 test_bags_of_others; C16, C18, C19, C21, F17
-test_fly_usage; C17 test_parameter_files; C23 test_same_bits; F1 test_topics_table; F3, F5 to F7 test_package_xml; F4
+test_fly_usage; C17 test_parameter_files; C23 test_same_bits; F1 test_topics; F3, F5 to F7 test_package_xml; F4
 test_launch_file; F8, F11 test_report_browser; F9 test_steps; F16 test_fly_by_hand.
 """
 

@@ -7,6 +7,7 @@ are its fields, of which a Vec3 is one of shape (3,), as in the messages.
 import math
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from operator import attrgetter
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
@@ -66,7 +67,7 @@ def builder(kind: type[Any]) -> Callable[[Sequence[Any]], Any]:
     """Return the inverse of ``flattener``: a function from the numbers of a value to it."""
     if kind in NUMBERS:
         return lambda numbers: numbers[0]
-    make = kind._make
+    make = partial(tuple.__new__, kind)  # _make calls it, and counts the numbers again
     plan: list[tuple[Callable[[Sequence[Any]], Any] | None, int, int]] = []
     at = 0
     for inner in field_kinds(kind).values():
@@ -74,7 +75,7 @@ def builder(kind: type[Any]) -> Callable[[Sequence[Any]], Any]:
         plan.append((None if inner in NUMBERS else builder(inner), at, at + width))
         at += width
     if all(inner is None for inner, _, _ in plan):
-        return make  # type: ignore[no-any-return]
+        return make
     return lambda numbers: make([numbers[at] if inner is None else inner(numbers[at:end]) for inner, at, end in plan])
 
 

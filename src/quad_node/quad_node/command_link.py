@@ -168,7 +168,8 @@ class InputWatch:
 
     def note_state(self) -> None:
         """Note that a state was published."""
-        self._asked_at = self._clock()
+        if self._limits:  # else nobody is watched, as in lockstep
+            self._asked_at = self._clock()
 
     def silent(self) -> str:
         """Return which node is silent and since when, empty if none is.
