@@ -1,5 +1,6 @@
 """What all tests share: which need ROS, and that nothing is skipped unless it is allowed to."""
 
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,6 +10,8 @@ import hypothesis
 import pytest
 from ros_imports import WHOLE_STACK, kinds_of
 from stalled_machine import NOT_JUDGED, StalledMachine, StallMeter
+
+sys.path[:0] = map(str, sorted(Path(__file__).parent.glob("src/quad_*")))
 
 # How long one example takes says nothing on a machine with other work.
 hypothesis.settings.register_profile("patient", deadline=None)

@@ -17,6 +17,8 @@ done
 unset _quad_prefix _quad_prefixes
 source "$_quad_root/install/env.bash"
 export QUAD_ROOT=$_quad_root
+MYPYPATH=$(printf "%s:" "$_quad_root"/src/quad_*)
+export MYPYPATH=${MYPYPATH%:}
 export VIRTUAL_ENV=${QUAD_VENV:-$_quad_root/.venv}
 if [[ ":${AMENT_PREFIX_PATH:-}:" != *":$QUAD_AMENT_PREFIX_PATH:"* ]]; then
     if [[ -z $QUAD_ROS ]]; then

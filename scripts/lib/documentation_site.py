@@ -20,12 +20,9 @@ SOURCE, SITE = ROOT / "build" / "site-source", ROOT / "build" / "site"
 LINK = re.compile(r"\]\(([^)#\s]+\.md)")
 LOCK, PACKAGES = ROOT / "requirements" / "docs" / "lock.txt", ROOT / ".cache" / "docs-packages"
 
-# Packages whose modules import no ROS, nodes aside.
-PURE = (
-    "quad_core", "quad_guard", "quad_trajectory", "quad_position_ctrl", "quad_attitude_ctrl", "quad_dynamics",
-    "quad_flight", "quad_campaign", "quad_flight_log", "quad_commander", "quad_autopilot", "quad_px4", "quad_mavlink",
-    "quad_crazyflie", "quad_mujoco", "quad_identify",
-)  # fmt: skip
+WITH_ROS = ("quad_bringup", "quad_msgs", "quad_node")
+PURE = [path.name for path in sorted((ROOT / "src").glob("quad_*")) if path.name not in WITH_ROS]
+"""Packages whose modules import no ROS, nodes aside."""
 TOP = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")
 SECTIONS = {
     "Tutorials": "tutorials",
