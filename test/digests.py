@@ -22,7 +22,6 @@ LOST = Path(__file__).parent / "digests_lost.yaml"
 WHOLE = {
     "case1 whole": {"case": "case1"},
     "case2 whole": {"case": "case2"},
-    "case2 whole, minimal": {"case": "case2", "preset": "minimal"},
 }
 SHORT = {
     "case1": {"case": "case1", "duration": 4.0},

@@ -12,5 +12,6 @@ setup(
         ("share/quad_campaign", ["package.xml"]),
     ],
     zip_safe=False,
+    install_requires=["dask", "distributed", "numpy", "pandas", "scipy", "tqdm"],
     extras_require={"test": ["pytest"]},
 )

@@ -12,5 +12,6 @@ setup(
         ("share/quad_core", ["package.xml"]),
     ],
     zip_safe=False,
+    install_requires=["numpy", "PyYAML"],
     extras_require={"test": ["pytest"]},
 )

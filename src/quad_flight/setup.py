@@ -19,5 +19,6 @@ setup(
         *((f"share/quad_flight/config/{kind.name}", sorted(map(str, kind.glob("*.yaml")))) for kind in CONFIGURATION),
     ],
     zip_safe=False,
+    install_requires=["numpy"],
     extras_require={"test": ["pytest"]},
 )

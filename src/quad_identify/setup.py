@@ -12,6 +12,7 @@ setup(
         ("share/quad_identify", ["package.xml"]),
     ],
     zip_safe=False,
+    install_requires=["numpy", "scipy"],
     extras_require={"test": ["pytest"]},
     entry_points={"console_scripts": ["identify = quad_identify.cli:console"]},
 )

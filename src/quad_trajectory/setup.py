@@ -12,6 +12,7 @@ setup(
         ("share/quad_trajectory", ["package.xml"]),
     ],
     zip_safe=False,
+    install_requires=["numpy"],
     extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": ["trajectory = quad_trajectory.node:main"],
