@@ -13,6 +13,7 @@ from quad_core.parameter_files import overrides_for, read_parameter_file
 from quad_core.parameters import ParameterError, Value
 from quad_core.records import builder, leaves
 from quad_core.resolution import Resolved, check_agreement, resolve
+from quad_core.rich_display import flight_html
 from quad_dynamics import link
 from quad_dynamics.simulated_vehicle import RandomStreams
 from quad_flight import loop, rows
@@ -70,6 +71,15 @@ class Result(NamedTuple):
     def rmse(self) -> float:
         """Root mean square distance from the reference in m over the counted steps; NaN if none was counted."""
         return FIGURES["rmse"].of(self.score)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: outcome, errors and the path."""
+        rows = {"outcome": " ".join(filter(None, (self.outcome, self.reason, self.guard)))}
+        if self.score.samples:
+            errors = (self.rmse, self.score.largest_error, self.score.last_error)
+            names = ("position error, RMS", "largest", "at the end")
+            rows |= {name: f"{1000.0 * error:.3g} mm" for name, error in zip(names, errors, strict=True)}
+        return flight_html(rows, *(self.topics[name]["p_w"] for name in ("truth", "reference")))
 
 
 def from_names(case: str, **choices: Any) -> Flight:

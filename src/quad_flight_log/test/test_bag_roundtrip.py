@@ -30,6 +30,13 @@ def by_topic(flown):
     return found
 
 
+def test_a_notebook_shows_what_was_noted_and_the_path(bag):
+    html = open_flight(bag.parent)._repr_html_()
+    assert "<td>flight</td>" in html
+    assert "<th>seed</th><td>7</td>" in html
+    assert html.count("<polyline") == 4
+
+
 def test_bytes_and_times_are_exact(bag, flown):
     flight = open_flight(bag.parent)
     assert not flight.truncated

@@ -5,11 +5,15 @@ named relative (``truth``) or in full (``/truth``, ``/uav1/truth``).
 """
 
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 from mcap.well_known import MessageEncoding, SchemaEncoding
+from numpy.typing import NDArray
 
+from quad_core.rich_display import flight_html
 from quad_flight_log.bag.files import Channel, files_of
 from quad_flight_log.bag.messages import MessageType, Table, known_type, message_type
 from quad_flight_log.bag.notes import LIBRARY, QUAD, QUAD_END, opened_notes
@@ -124,6 +128,21 @@ class Flight:
         if name in self.unreadable:
             raise SchemaError(self.unreadable[name])
         return self._types[name]
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: what the recorder noted, and the path."""
+        shown = ("outcome", "reason", "command", "seed", "started", "git_commit")
+        rows = {"bag": self.name, "damage": self.damage} | {name: self.metadata.get(name, "") for name in shown}
+        rows["messages"] = str(sum(topic.messages for topic in self.topics.values()))
+        flown = self._places("truth")
+        flown = flown if len(flown) else self._places("state")
+        return flight_html({name: value for name, value in rows.items() if value}, flown, self._places("reference"))
+
+    def _places(self, topic: str) -> NDArray[np.float64]:
+        """Return p_w (n, 3) in m of a topic, none where it cannot be read."""
+        with suppress(FlightLogError, KeyError, ValueError):
+            return np.asarray(self.array(topic)["p_w"], dtype=float)
+        return np.zeros((0, 3))
 
     def _channels(self) -> Iterator[Channel]:
         return (channel for file in self._files for channel in file.channels.values())
