@@ -7,11 +7,21 @@ from quad_commander.parameters import ModeParameters
 from quad_core.enumerations import GuardMode, GuardReason, Mode, Request
 from quad_core.types import GuardStatus
 
-LETTERS = dict(zip("DATMHLSPK", Mode, strict=True))  # S: DESCEND
+LETTERS = {
+    "D": Mode.DISARMED,
+    "A": Mode.ARMING,
+    "T": Mode.TAKEOFF,
+    "M": Mode.MISSION,
+    "H": Mode.HOLD,
+    "L": Mode.LAND,
+    "S": Mode.DESCEND,
+    "P": Mode.PILOT,
+    "K": Mode.KILL,
+}
 SEVERITY = list(LETTERS.values()).index
 """How severe a mode is: the later letter wins."""
 
-# Columns: in DISARMED, ARMING, TAKEOFF, MISSION, HOLD, LAND, DESCEND, PILOT, KILL.
+# Columns: the mode before, in the order of the letters.
 GRID = """
 REFERENCE_LATE        D A T H H L S P K
 REFERENCE_LOST        D A T L L L S P K
@@ -41,7 +51,7 @@ CONTACT               D A T M H D D P K
 EXPECTED = {
     (mode, Condition[name]): LETTERS[letter]
     for name, *letters in map(str.split, GRID.strip().splitlines())
-    for mode, letter in zip(Mode, letters, strict=True)
+    for mode, letter in zip(LETTERS.values(), letters, strict=True)
 }
 
 HEALTH = {

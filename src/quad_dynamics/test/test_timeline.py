@@ -8,7 +8,7 @@ import pytest
 from plant_cases import ASYMMETRIC
 
 from quad_core.parameters import ParameterError
-from quad_core.types import CALM, Rotors, Vec3
+from quad_core.types import CALM, Rotors, SensorFault, Vec3
 from quad_dynamics import held_gaussian, timeline
 from quad_dynamics.timeline import Parameters
 
@@ -76,9 +76,9 @@ def test_rotor_losses_multiply_and_a_battery_sags_evenly():
 def test_sensor_and_link_faults():
     text = "freeze start=1 end=2\njump start=1.5 end=3 offset=0.5,0,-1 yaw=0.3"
     assert not at(text, 0.5).sensor.frozen
-    assert at(text, 1.2).sensor == (True, Vec3(0.0, 0.0, 0.0), 0.0)
-    assert at(text, 1.7).sensor == (True, Vec3(0.5, 0.0, -1.0), 0.3)
-    assert at(text, 2.5).sensor == (False, Vec3(0.5, 0.0, -1.0), 0.3)
+    assert at(text, 1.2).sensor == SensorFault(frozen=True)
+    assert at(text, 1.7).sensor == SensorFault(frozen=True, offset_w=Vec3(0.5, 0.0, -1.0), yaw_offset=0.3)
+    assert at(text, 2.5).sensor == SensorFault(offset_w=Vec3(0.5, 0.0, -1.0), yaw_offset=0.3)
     parameters = Parameters("link start=1 delay=0.01 jitter=0.02 drop=0.25")
     table = timeline.draw(parameters, ASYMMETRIC, 3, 25.0)
     faults = [timeline.sample(parameters, table, 1.0 + 0.002 * k).link for k in range(10_000)]
