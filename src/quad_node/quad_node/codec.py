@@ -106,7 +106,7 @@ def unpacker(cls: type[Any], message_type: type[Any], plant_period: int = 0, run
         if payload[:2] != HEADER[:2] or len(payload) < size:
             raise ValueError(f"found {payload[:4].hex()}, expected {HEADER.hex()} and {size} bytes")
         flat = unpack(payload)
-        if run and is_foreign(flat[of_run], run):
+        if flat[of_run] != run and is_foreign(flat[of_run], run):  # no call for a message of our own
             raise ForeignRunError
         step, numbers = flat[3], pick(flat)
         stamp, next_step = flat[1] * NANOSECONDS + flat[2], flat[last] if last else step + 1

@@ -117,11 +117,11 @@ class Recorder:
 
     def _checked(self, name: str, kind: type, handle: int, keep: Keep) -> Keep:
         """Return ``keep`` for what can be decoded and is of this run; the rest is counted, reported, not recorded."""
-        problem_of, has_run = payload_check(kind), names_run(kind)
+        problem_of, has_run, ours = payload_check(kind), names_run(kind), self.node.run
 
         def on_message(payload: bytes) -> None:
             problem = problem_of(payload) if len(payload) <= MESSAGE_LIMIT else _TOO_LARGE.format(len(payload))
-            if not problem and has_run and is_foreign(head_of(payload)[1], self.node.run):
+            if not problem and has_run and (found := head_of(payload)[1]) != ours and is_foreign(found, ours):
                 problem = "a message of another run"
             if problem:
                 self.bag.refuse(handle)
