@@ -1,4 +1,4 @@
-"""Pictures of docs/images from two recorded flights: the paths in space, a film, and the report."""
+"""Pictures of docs/images from three recorded flights: the paths in space, a film, and the report."""
 
 import argparse
 import sys
@@ -13,8 +13,9 @@ from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.figures import PALETTE, REFERENCE_COLOUR
 from quad_flight_log.report.flight_figures import Run, run_from_flight
-from quad_flight_log.report.page import write_page
+from quad_flight_log.report.page import Page, write_page
 from quad_flight_log.report.pages import report_page
+from quad_flight_log.report.scene import replay
 
 ROOT = Path(__file__).resolve().parents[2]
 IMAGES = ROOT / "docs" / "images"
@@ -31,10 +32,12 @@ def main() -> int:
         prog="scripts/pictures",
         description=__doc__,
         epilog="examples:\n  scripts/fly case1 --out flights/a && scripts/fly case2 --out flights/b\n"
-        "  scripts/pictures flights/a flights/b\n\nThe second picture needs Chromium.",
+        "  scripts/fly case2 --position pid --attitude pid --out flights/c\n"
+        "  scripts/pictures flights/a flights/b flights/c\n\nFilm and report need Chromium.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("bags", nargs=2, type=Path, metavar="BAG", help="a flight of case1 and one of case2")
+    help_text = "a flight of case1, one of case2, and one of case2 by other laws"
+    parser.add_argument("bags", nargs=3, type=Path, metavar="BAG", help=help_text)
     parser.add_argument("--only", choices=("paths", "film", "report"), help="one of the pictures")
     options = parser.parse_args()
     IMAGES.mkdir(parents=True, exist_ok=True)
@@ -42,9 +45,9 @@ def main() -> int:
         flights = [open_flight(bag) for bag in options.bags]
         runs = [run_from_flight(flight, flight.name) for flight in flights]
         if options.only in (None, "paths"):
-            draw_paths(runs, IMAGES / "flights.png")
+            draw_paths(runs[:2], IMAGES / "flights.png")
         if options.only in (None, "film"):
-            film(flights[1], IMAGES / "case2.gif")
+            film(flights[1:], IMAGES / "case2.gif")
         if options.only in (None, "report"):
             shoot_report(flights[1], IMAGES / "report.png")
     except FlightLogError as error:
@@ -78,44 +81,30 @@ def draw_paths(runs: list[Run], path: Path) -> None:
     smaller(path)
 
 
-def film(flight: Any, path: Path) -> None:
-    """Draw Case 2 as a short film: the vehicle on its path, and its distance from the reference below."""
+def film(flights: list[Any], path: Path) -> None:
+    """Take a film of the replay of Case 2, the other flight as its ghost."""
     import io
 
-    import matplotlib as mpl
-    import numpy as np
-    from matplotlib.figure import Figure
     from PIL import Image
 
-    truth, reference = flight.array("truth"), flight.array("reference")
-    stamps, first = np.unique(reference["stamp_ns"], return_index=True)
-    wanted = reference["p_w"][first]
-    known, first = np.unique(truth["stamp_ns"], return_index=True)
-    flown = truth["p_w"][first][np.searchsorted(known, stamps).clip(0, len(known) - 1)]
-    time_s = 1e-9 * (stamps - stamps[0])
-    error = 1e3 * np.linalg.norm(flown - wanted, axis=1)
-    pictures = []
-    with mpl.rc_context({"font.size": 9.0, "grid.color": "#d9dde2", "grid.linewidth": 0.5}):
-        for now in np.linspace(0, len(stamps) - 1, FRAMES).astype(int)[1:]:
-            canvas = Figure(figsize=(6.4, 4.8), layout="constrained")
-            parts: dict[str, Any] = canvas.subplot_mosaic(
-                [["space"], ["below"]], height_ratios=[3, 1], per_subplot_kw={"space": {"projection": "3d"}}
+    runs = [run_from_flight(flight, flight.name) for flight in flights]
+    frames = []
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        page = write_page(Page("", "", (), replay(runs)), Path(folder, "page.html"))
+        with Browser(Path(folder, "profile"), (760, 760)) as browser:
+            browser.open(page.as_uri())
+            browser.wait("document.body.dataset.drawn")
+            box = browser.value(
+                "(r => [r.left, r.top, r.right, r.bottom])(document.querySelector('.stage').getBoundingClientRect())"
             )
-            space, below = parts["space"], parts["below"]
-            space.plot(*wanted.T, color="#d1242f", linewidth=0.8, linestyle="--", label="reference")
-            space.plot(*flown[: now + 1].T, color="#0969da", linewidth=2.0, label="flown")
-            space.plot(*flown[now : now + 1].T, "o", color="#0969da", markersize=6)
-            space.set(xlabel="x / m", ylabel="y / m", zlabel="z / m")
-            space.view_init(elev=22.0, azim=-60.0 + 40.0 * now / len(stamps))
-            space.legend(loc="upper left")
-            below.plot(time_s[: now + 1], error[: now + 1], color="#0969da", linewidth=1.0)
-            below.set(xlim=(time_s[0], time_s[-1]), ylim=(0.0, 1.1 * float(error.max())), xlabel="time / s")
-            below.set_ylabel("error / mm")
-            below.grid(visible=True)
-            picture = io.BytesIO()
-            canvas.savefig(picture, dpi=80)
-            pictures.append(Image.open(picture).convert("RGB").quantize(48))
-    pictures[0].save(path, save_all=True, append_images=pictures[1:], duration=100, loop=0, optimize=True)
+            for at in range(FRAMES):
+                view = "flightViewers[0].look('follow')" if at == 0 else "0"
+                move = f"Object.assign(v.camera, {{distance: 26, pitch: 0.35, yaw: {-2.4 + 0.02 * at}}})"
+                shown = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+                browser.value(f"(v => {{ {view}; {move}; v.seek({0.5 * at}); return {shown}; }})(flightViewers[0])")
+                picture = Image.open(io.BytesIO(browser.screenshot())).convert("RGB").crop(box)
+                frames.append(picture.quantize(48, dither=Image.Dither.NONE))
+    frames[0].save(path, save_all=True, append_images=frames[1:], duration=100, loop=0, optimize=True)
     size = path.stat().st_size
     if size > LARGEST_FILM:
         raise FlightLogError(f"{path}: {size} bytes, expected at most {LARGEST_FILM}")
@@ -129,8 +118,7 @@ def shoot_report(flight: Any, path: Path) -> None:
         with Browser(Path(folder, "profile"), (1150, 1250)) as browser:
             browser.open(page.as_uri())
             browser.wait("document.body.dataset.drawn")
-            browser.value("document.querySelector('#figure-12-case2-path').scrollIntoView()")
-            browser.value("window.scrollBy(0, -60)")
+            browser.value("flightViewers[0].seek(30)")
             time.sleep(3.0)
             browser.screenshot(path)
     smaller(path)

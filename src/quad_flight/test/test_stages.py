@@ -9,7 +9,7 @@ from quad_flight import stages
 
 def rows(position=(), attitude=()):
     first, second = STAGES
-    return [first._replace(takes=tuple(position)), second._replace(takes=tuple(attitude))]
+    return [first._replace(inputs=tuple(position)), second._replace(inputs=tuple(attitude))]
 
 
 def test_a_stage_may_take_its_own_or_a_later_output_of_the_step_before():

@@ -153,6 +153,8 @@ def test_the_viewer_has_place_attitude_thrust_reference_and_wind_where_recorded(
     late = samples(run_from_tables("a", "case1", tables))
     assert np.isnan(late["reference"][:300]).all()
     assert np.isfinite(late["reference"][300:]).all()
+    tables["reference"]["stamp_ns"] -= 4_000_000_000
+    assert np.isnan(samples(run_from_tables("a", "case1", tables))["reference"][500:]).all()
 
 
 MODES = np.array([0, 1, 2, 2, 4, 3, 3, 5, 0], dtype=np.uint8)

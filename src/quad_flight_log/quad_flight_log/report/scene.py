@@ -48,7 +48,7 @@ def scene(runs: Sequence[Run], colour: Mapping[str, str]) -> dict[str, Any]:
 def samples(run: Run, count: int = SAMPLES) -> dict[str, Floats]:
     """Return at most ``count`` samples: t (n,) in s, p (n, 3) in m, q (n, 4), and where recorded more.
 
-    That is thrust (n,) in N, reference (n, 3) in m, NaN before it begins, and wind (n, 3) in m/s.
+    That is thrust (n,) in N, reference (n, 3) in m, NaN before and after it, and wind (n, 3) in m/s.
     """
     truth = run.tables["truth"]
     rows = np.linspace(0, len(truth) - 1, min(len(truth), count)).astype(int)
@@ -59,8 +59,9 @@ def samples(run: Run, count: int = SAMPLES) -> dict[str, Floats]:
     elif run.has(COMMAND):
         found["thrust"] = np.interp(times, run.times(COMMAND), thrust_and_torque(run.tables[COMMAND])[0])
     if run.has("reference"):
-        found["reference"] = _columns(times, run.times("reference"), run.tables["reference"]["p_w"])
-        found["reference"][times < run.times("reference")[0]] = np.nan
+        known = run.times("reference")
+        found["reference"] = _columns(times, known, run.tables["reference"]["p_w"])
+        found["reference"][(times < known[0]) | (times > known[-1])] = np.nan
     if run.has("disturbance") and "wind_w" in (run.tables["disturbance"].dtype.names or ()):
         wind = _columns(times, run.times("disturbance"), run.tables["disturbance"]["wind_w"])
         found |= {"wind": wind} if wind.any() else {}

@@ -466,7 +466,7 @@
     if (main.n) range(Math.min(...flights.map((each) => each.t[0])), Math.max(...flights.map((each) => each.t[each.n - 1])));
     new ResizeObserver(ask).observe(canvas);
     return {
-      state, seek, range, look, ask,
+      state, camera, seek, range, look, ask,
       onTime: (listener) => listeners.push(listener),
       show(name, shown) {
         if (name === "/reference") state.reference = shown;
