@@ -41,7 +41,7 @@ def test_with_a_ground_it_comes_to_rest_and_stops_the_motors_there(name):
     assert ending.tilt < math.radians(2.0)
 
 
-@pytest.mark.parametrize(("name", "begin"), zip(VEHICLES, (1, 100, 400), strict=True))
+@pytest.mark.parametrize(("name", "begin"), zip((*VEHICLES, "x500"), (1, 100, 400, 0), strict=True))
 def test_a_state_that_stays_away_for_0_4_s_is_bridged(name, begin):
     vehicle = vehicle_named(name)
     start = draw_start(random.Random(begin), vehicle, (5.0, 7.0))

@@ -74,11 +74,12 @@ class GuardReason(IntEnum):
     STATE_REFUSED = 3
     HEADING = 4
     TILT = 5
-    REQUESTED = 6
-    EXTREME_TILT = 7
-    STATE_GONE = 8
-    EXTREME_TILT_LOW = 9
-    REQUESTED_KILL = 10
+    SPIN = 6
+    REQUESTED = 7
+    EXTREME_TILT = 8
+    STATE_GONE = 9
+    EXTREME_TILT_LOW = 10
+    REQUESTED_KILL = 11
 
 
 class CommandRefusal(IntEnum):

@@ -124,6 +124,13 @@ def test_a_load_off_the_centre_is_trimmed_from_the_first_step_of_a_takeover_on(t
     assert tilt < math.sin(math.radians(5.0))
 
 
+def test_a_rotor_that_weakens_beyond_the_yaw_torque_of_the_law_is_a_landing(tmp_path):
+    # a tenth of a rotor of paper makes 1.2 N m about z, and the law's limit is 0.5 N m
+    result = flown("hover", duration=20.0, scenario=events(tmp_path, "rotor start=4.5 number=2 effectiveness=0.894"))
+    assert result.guard.endswith("spin")
+    assert lands_softly(result)
+
+
 @pytest.mark.parametrize("disturbance", ["none", "held_gaussian"])
 def test_a_state_that_freezes_while_the_vehicle_hardly_moves_is_seen_in_150_ms(tmp_path, disturbance):
     weather = "held_gaussian acceleration_sd=0.5 acceleration_clip=1.5 hold=2\n" if disturbance != "none" else ""

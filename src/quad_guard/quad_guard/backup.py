@@ -2,16 +2,18 @@
 
     tau = J (w^2 e - 2 D w omega) + omega x J omega,   e = b x d  (yaw: -J_zz k_r r),
     d along (-k_v v_x, -k_v v_y, g) within a tilt limit,
-    f = m (g + k_z (v_ref - v_z) + lift) / (b_z),  lift' = k_i (v_ref - v_z),
+    f = m / s (g + a + k_z (v_ref - v_z) + lift) / b_z,   lift' = k_i (v_ref - v_z),   a = (v_z^2 - v_touch^2) / 2 h,
 
-with b the body z axis, d its desired direction (both unit, world frame), w and D natural frequency and damping ratio.
+with b the body z axis, d its desired direction (both unit, world frame), w and D natural frequency and damping ratio,
+s what a thrust gives over what it should give, h the height that is left; a acts on what sinks faster than v_touch.
 It stops first and sinks then: v_ref is -descent_speed below walking pace and a quarter of it above. Without a heading
 that can be trusted d is vertical and it sinks at once. With body rates alone f is a fixed share of the weight too.
-Without any state it flies on the prediction and loses no time, for an unseen torque a turns it by a t^2 / 2: it falls,
-unless it was off trim. Once a t^2 / 2 exceeds WIDEST, thrust may as well push down, and it is 0. Any fall is
-braked in the height that is left,
+Without any state it flies on the prediction and loses no time, for an unseen torque turns it with the square of the
+time: it falls, unless it was off trim, and brakes late:
 
-    f = m (g + (v_z^2 - v_touch^2) / 2 h) / b_z  as soon as that takes BRAKE_SHARE of the deceleration that it has.
+    v_ref = -sqrt(v_touch^2 + 2 a h),   a = BRAKE_SHARE of the largest deceleration.
+
+Once an unseen torque may have turned it by WIDEST, thrust may as well push down, and there is none.
 
 What torque the model does not explain, a failing rotor's above all, is taken off, and torque never buys thrust that was
 not asked for (``quad_guard.unknown_torque``).
@@ -44,12 +46,12 @@ THRUST_SHARE = 0.9
 """Largest thrust over the largest there is: the rest makes torque."""
 LEAST_SINK = 0.25
 """Share of the descent speed above walking pace: a wind that cannot be braked must not keep the vehicle up."""
-BRAKE_SHARE, TOUCH_SPEED, FASTEST_TOUCH, TOUCH_HEIGHT, LEAST_WAY = 0.9, 0.5, 1.0, 0.1, 0.02
-"""A fall is braked with at least this share of the largest deceleration, to a speed in m/s (on a prediction; with a
-state) so many m above the ground; that way in m is always left for it."""
-OFF_TRIM = 0.05
+BRAKE_SHARE, FALL_BANDWIDTH, TOUCH_SPEED, TOUCH_HEIGHT, LEAST_WAY = 0.7, 30.0, 0.8, 0.1, 0.02
+"""A fall is braked with this share of the largest deceleration, within so many rad/s, to a speed in m/s so many m above
+the ground; with a state, as the way in m that is left demands."""
+OFF_TRIM = 0.04
 """Unknown torque, in hover torques of one rotor, beyond which a vehicle without any state does not fall."""
-UNSEEN_ACCELERATION, WIDEST = 2.0 / 3.0, math.radians(60.0)
+UNSEEN_ACCELERATION, WIDEST = 2.0 / 3.0, math.radians(70.0)
 """rad/s^2 that turn a vehicle unseen (one standard deviation of the paper's), and the tilt in rad that ends thrust."""
 
 SEES, NO_HEADING, TURNS, BLIND = range(4)
@@ -66,13 +68,15 @@ RESTING_RAMP = 0.25
 class Known(NamedTuple):
     """What is known: ``sight``, SEES to BLIND, and the age of the newest body rate, ``unseen`` in s.
 
-    ``torque``: in N m, that no wrench explains; ``strength``: what a thrust gives over what it should give.
+    ``torque``: in N m, that no wrench explains; ``strength``: what a thrust gives over what it should give;
+    ``thrust``: the last one in N.
     """
 
     sight: int
     unseen: float
     torque: Vec3
     strength: float
+    thrust: float
 
 
 class Descent(NamedTuple):
@@ -101,23 +105,13 @@ def descend(
     sight = known.sight
     if memory.stopped or (sight == BLIND and 0.5 * UNSEEN_ACCELERATION * known.unseen * known.unseen > WIDEST):
         return Wrench(0.0, ZERO), memory
-    knows_velocity, weight = sight <= NO_HEADING, vehicle.mass * vehicle.gravity
+    knows_velocity = sight <= NO_HEADING
     up, direction, lift = body_z(state.q_wb), Vec3(0.0, 0.0, 1.0), memory.lift
-    touch_speed = FASTEST_TOUCH
     if not NO_HEADING <= sight <= TURNS:
         direction = desired_direction(vehicle, state)
-    if knows_velocity:
-        sinking = sink_speed(state) if sight == SEES else DESCENT_SPEED
-        thrust, lift = descent_thrust(vehicle, lift, state.v_w.z, sinking, up.z, dt)
-    elif sight == TURNS:
-        thrust = BLIND_THRUST * weight
-    else:
-        # a weak rotor's torque goes with its thrust: what was known of it holds near the weight alone
-        off_trim = norm(known.torque) > OFF_TRIM * 0.25 * weight * vehicle.arm_length
-        thrust = (1.0 if height <= TOUCH_HEIGHT else BLIND_THRUST if off_trim else FALLING_THRUST) * weight
-        touch_speed = TOUCH_SPEED
+    thrust = BLIND_THRUST * vehicle.mass * vehicle.gravity
     if sight != TURNS:
-        thrust = max(thrust, braking_thrust(vehicle, known.strength, state.v_w.z, touch_speed, height, up.z))
+        thrust, lift = descent_thrust(vehicle, lift, state, height, known, up.z, dt)
     torque = level_torque(vehicle, state, up, direction)
     rest_time, ramp, stopped = contact(rule, memory, state, height, knows_velocity, dt)
     torque = within_thrust(vehicle, thrust, within_rotors(vehicle, subtract(torque, known.torque)))
@@ -152,37 +146,33 @@ def desired_direction(vehicle: Vehicle, state: BodyState) -> Vec3:
 
 
 def descent_thrust(
-    vehicle: Vehicle, lift: float, vertical_speed: float, sinking: float, cosine: float, dt: float
+    vehicle: Vehicle, lift: float, state: BodyState, height: float, known: Known, cosine: float, dt: float
 ) -> tuple[float, float]:
     """Return thrust in N and the next integral in m/s^2; ``cosine`` is that of the tilt."""
-    low, high = LOWEST_THRUST * vehicle.mass * vehicle.gravity, THRUST_SHARE * max_thrust(vehicle)
-    error = -sinking - vertical_speed
-    vertical = vehicle.gravity + VERTICAL_BANDWIDTH * error + lift
-    thrust = vehicle.mass * vertical / (cosine if cosine > LEAST_COSINE else LEAST_COSINE)
+    weight, mass, fall = vehicle.mass * vehicle.gravity, vehicle.mass / known.strength, -state.v_w.z
+    low, high = LOWEST_THRUST * weight, THRUST_SHARE * max_thrust(vehicle)
+    left, braking, bandwidth = max(height - TOUCH_HEIGHT, LEAST_WAY), 0.0, VERTICAL_BANDWIDTH
+    sinking = sink_speed(state) if known.sight == SEES else DESCENT_SPEED
+    if known.sight == BLIND:
+        # a weak rotor's torque goes with its thrust: what was known of it holds at the thrust of before
+        off_trim = norm(known.torque) > OFF_TRIM * 0.25 * weight * vehicle.arm_length
+        low = min(known.thrust, mass * vehicle.gravity) if off_trim else FALLING_THRUST * weight
+        lift, bandwidth = 0.0, FALL_BANDWIDTH
+        if height > TOUCH_HEIGHT:
+            braking = BRAKE_SHARE * max(high / mass - vehicle.gravity, 0.0)
+        sinking = math.sqrt(TOUCH_SPEED * TOUCH_SPEED + 2.0 * braking * left)
+    elif fall > TOUCH_SPEED:
+        braking = (fall * fall - TOUCH_SPEED * TOUCH_SPEED) / (2.0 * left)
     if cosine <= 0.0:
         return low, lift
+    error = fall - sinking
+    vertical = vehicle.gravity + braking + bandwidth * error + lift
+    thrust = mass * vertical / (cosine if cosine > LEAST_COSINE else LEAST_COSINE)
     bounded = clamp(thrust, low, high)
-    if bounded == thrust:
+    if bounded == thrust and known.sight != BLIND:
         bound = LARGEST_LIFT * vehicle.gravity
         lift = clamp(lift + dt * VERTICAL_INTEGRAL * error, -bound, bound)
     return bounded, lift
-
-
-def braking_thrust(
-    vehicle: Vehicle, strength: float, vertical_speed: float, touch_speed: float, height: float, cosine: float
-) -> float:
-    """Return the thrust in N that brakes a fall to ``touch_speed`` m/s in the ``height`` m that is left, 0 while early.
-
-    ``strength``: what a thrust gives over what it should give; ``cosine``: that of the tilt.
-    """
-    if vertical_speed >= -touch_speed or cosine <= 0.0:
-        return 0.0
-    high, mass = THRUST_SHARE * max_thrust(vehicle), vehicle.mass / strength
-    left = height - TOUCH_HEIGHT if height > TOUCH_HEIGHT + LEAST_WAY else LEAST_WAY
-    needed = (vertical_speed * vertical_speed - touch_speed * touch_speed) / (2.0 * left)
-    if needed < BRAKE_SHARE * (high / mass - vehicle.gravity):
-        return 0.0
-    return clamp(mass * (vehicle.gravity + needed) / (cosine if cosine > LEAST_COSINE else LEAST_COSINE), 0.0, high)
 
 
 def level_torque(vehicle: Vehicle, state: BodyState, up: Vec3, direction: Vec3) -> Vec3:
@@ -223,16 +213,20 @@ def contact(
 
 
 def predict(vehicle: Vehicle, state: BodyState, wrench: Wrench, gyro: bool, dt: float) -> BodyState:
-    """Return where the nominal vehicle is ``dt`` s after ``state`` (one Euler step of Eq. 1 without drag).
+    """Return where the nominal vehicle is ``dt`` s after ``state`` (one Euler step of Eqs. 1 and 5).
 
     ``gyro``: the body rates are measured, not predicted.
     """
     p, v, q, omega = state.p_w, state.v_w, state.q_wb, state.omega_b
     thrust = clamp(wrench.thrust, 0.0, max_thrust(vehicle)) / vehicle.mass
-    up = body_z(q)
+    up, drag = body_z(q), vehicle.drag_coefficient / vehicle.mass
     return BodyState(
         Vec3(p.x + dt * v.x, p.y + dt * v.y, p.z + dt * v.z),
-        Vec3(v.x + dt * up.x * thrust, v.y + dt * up.y * thrust, v.z + dt * (up.z * thrust - vehicle.gravity)),
+        Vec3(
+            v.x + dt * (up.x * thrust - drag * v.x),
+            v.y + dt * (up.y * thrust - drag * v.y),
+            v.z + dt * (up.z * thrust - drag * v.z - vehicle.gravity),
+        ),
         rotated_by_vector(q, scale(dt, omega)),
         omega if gyro else predicted_rates(vehicle, omega, wrench.torque_b, dt),
     )

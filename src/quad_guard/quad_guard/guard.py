@@ -37,6 +37,7 @@ REASONS: dict[int, str] = {
     GuardReason.STATE_REFUSED: "states refused",
     GuardReason.HEADING: "heading",
     GuardReason.TILT: "tilt",
+    GuardReason.SPIN: "spin",
     GuardReason.REQUESTED: "on request",
     GuardReason.EXTREME_TILT: "extreme tilt",
     GuardReason.STATE_GONE: "no state at all",
@@ -45,6 +46,8 @@ REASONS: dict[int, str] = {
 }
 SETTLE_TIME, RELEASE_COSINE = 0.2, math.cos(math.radians(30.0))
 """The controllers get the vehicle back after so many s with good commands and states, and below a tilt of 30 deg."""
+SPIN_RATE, SPIN_TIME = 10.0, 0.03
+"""Nothing asks for a yaw rate of so many rad/s for so many s: a rotor is weak, and the law's yaw torque is too."""
 
 
 class Inputs(NamedTuple):
@@ -58,10 +61,11 @@ class Inputs(NamedTuple):
 
 
 class Timers(NamedTuple):
-    """For how long in s: large tilt, extreme tilt, everything good enough to be released, on the ground."""
+    """For how long in s: large tilt, extreme tilt, spin, everything good enough to be released, on the ground."""
 
     large_tilt: float
     extreme_tilt: float
+    spin: float
     good: float
     on_ground: float
 
@@ -107,7 +111,7 @@ FRESH_MEMORY = Memory(
     refused_commands=0,
     estimate=NO_ESTIMATE,
     refusals=Refusals(0, 0, 0, False),
-    timers=Timers(0.0, 0.0, 0.0, 0.0),
+    timers=Timers(0.0, 0.0, 0.0, 0.0, 0.0),
     flown=Wrench(),
     descent=FRESH_DESCENT,
     unknown=NO_UNKNOWN_TORQUE,
@@ -200,7 +204,7 @@ def fly(
     sight = BLIND
     if estimate.step >= 0 and state_age <= parameters.state.lost_age:
         sight = SEES if estimate.knows_heading else NO_HEADING
-    elif rate_age <= parameters.state.blind_age:
+    elif rate_age <= parameters.state.blind_age or estimate.step < 0:
         sight = TURNS
     return descend(
         parameters.contact,
@@ -208,7 +212,7 @@ def fly(
         descent,
         estimate.state,
         estimate.state.p_w.z - estimate.ground_z,
-        Known(sight, rate_age, unknown, estimate.evidence.strength),
+        Known(sight, rate_age, unknown, estimate.evidence.strength, memory.flown.thrust),
         dt,
     )
 
@@ -217,16 +221,15 @@ def observed(
     parameters: GuardParameters, vehicle: Vehicle, memory: Memory, estimate: Estimate, rate_age: float
 ) -> UnknownTorque:
     """Return what is known of the torque that no wrench explains; ``rate_age`` s: of the body rate before this step."""
-    rate, before = estimate.reading, memory.estimate.reading
-    repeats = rate.x == before.x and rate.y == before.y and rate.z == before.z
-    if repeats or estimate.rate_step == memory.estimate.rate_step:
+    before = memory.estimate
+    if estimate.rate_step == before.rate_step or estimate.reading == before.reading:
         return memory.unknown
     # what stands on something is held by it: its torque is no rotor's
     flies = (
         memory.descent.rest_time == 0.0 and estimate.state.p_w.z - estimate.ground_z > parameters.contact.stop_height
     )
-    follows = flies and memory.estimate.step >= 0 and rate_age <= parameters.state.warn_age
-    return estimated(vehicle, memory.unknown, rate, follows)
+    follows = flies and before.step >= 0 and rate_age <= parameters.state.warn_age
+    return estimated(vehicle, memory.unknown, estimate.reading, follows)
 
 
 def age(now: int, since: int, first: int, period: int) -> float:
@@ -268,17 +271,12 @@ def watch(
         and is_on_ground(parameters.contact, vehicle, estimate.state, height, memory.flown.thrust)
     )
     return Timers(
-        timers.large_tilt + dt if is_beyond(cosine, parameters.tilt.large) else 0.0,
-        timers.extreme_tilt + dt if is_beyond(cosine, parameters.tilt.extreme) else 0.0,
+        timers.large_tilt + dt if cosine < math.cos(parameters.tilt.large) else 0.0,
+        timers.extreme_tilt + dt if cosine < math.cos(parameters.tilt.extreme) else 0.0,
+        timers.spin + dt if abs(estimate.state.omega_b.z) > SPIN_RATE else 0.0,
         timers.good + dt if good else 0.0,
         timers.on_ground + dt if stands else 0.0,
     )
-
-
-def is_beyond(cosine: float, angle: float) -> bool:
-    """Return whether a tilt of this ``cosine`` exceeds ``angle`` rad; a small one is told without cos(angle)."""
-    # 1 - cos a = 2 sin^2(a / 2) >= 2 (a / pi)^2 up to half a turn
-    return 1.0 - cosine >= 0.2 * angle * angle and cosine < math.cos(angle)
 
 
 def condition(
@@ -304,6 +302,8 @@ def condition(
         found = GuardReason.HEADING
     if timers.large_tilt > tilt.large_time:
         found = GuardReason.TILT
+    if timers.spin > SPIN_TIME:
+        found = GuardReason.SPIN
     if request == GuardRequest.DESCEND:
         found = GuardReason.REQUESTED
     if timers.extreme_tilt > tilt.extreme_time:

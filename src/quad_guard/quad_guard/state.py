@@ -32,6 +32,8 @@ REFUSED_COUNT, REFUSED_WINDOW = 10, 0.2
 """So many refused samples within so many s end the controller's flight (ArduPilot)."""
 LONGEST_CARRY, TILT_BANDWIDTH = 0.3, 0.3
 """An attitude may be carried over a gap of so many s; K in rad/s."""
+NEVER_SEEN = 0.5
+"""s without a first sample until the motors stop."""
 
 
 class Estimate(NamedTuple):
@@ -111,8 +113,7 @@ def observe(
             found = accepted(vehicle, known, sample, grain, NOTHING_MISSING, flown.thrust, period, dt)
             return found, reset, refusal
         rate = sample.state.omega_b
-        repeats = rate.x == reading.x and rate.y == reading.y and rate.z == reading.z
-        gyro = rate_serves(refusal) and is_bounded(rate) and not repeats
+        gyro = rate_serves(refusal) and is_bounded(rate) and rate != reading
         reading = rate
         if gyro:
             state = BodyState(state.p_w, state.v_w, state.q_wb, rate)
@@ -245,4 +246,4 @@ def is_full(refusals: Refusals) -> bool:
 
 def is_gone(limits: StateLimits, estimate: Estimate, rate_age: float) -> bool:
     """Return whether nothing is known any more; ``rate_age`` in s. What never was known is not predicted."""
-    return rate_age > (limits.gone_age if estimate.step >= 0 else limits.blind_age)
+    return rate_age > (limits.gone_age if estimate.step >= 0 else NEVER_SEEN)

@@ -122,8 +122,13 @@ def test_what_never_came_is_lost_too_and_without_any_state_ever_the_motors_stop(
     commanded, seeing = Owner(), Owner()
     seeing.run(0.1, command=silent)
     assert seeing.events == [(26, GuardMode.DESCEND, GuardReason.WRENCH_LOST)]
-    commanded.run(0.6, sample=no_state)
-    assert commanded.events == [(51, GuardMode.KILL, GuardReason.STATE_GONE)]
+    commanded.run(0.4, sample=no_state)
+    assert commanded.wrench == Wrench(pytest.approx(0.94 * HOVER.thrust), Vec3(0.0, 0.0, 0.0))
+    commanded.run(0.2, sample=no_state)
+    assert commanded.events == [
+        (51, GuardMode.DESCEND, GuardReason.STATE_LOST),
+        (251, GuardMode.KILL, GuardReason.STATE_GONE),
+    ]
 
 
 def test_a_rate_that_repeats_itself_is_none():
@@ -257,6 +262,16 @@ def test_tilt_is_borne_for_its_time_only(degrees, height, expected):
     time, mode, reason = expected
     step, *found = owner.events[0]
     assert (round((step + 1) * DT, 9), *found) == (pytest.approx(time, abs=1.6 * DT), mode, reason)
+
+
+@pytest.mark.parametrize(
+    ("rate", "seconds", "reason"), [(9.9, 1.0, None), (-10.1, 0.028, None), (-10.1, 0.034, GuardReason.SPIN)]
+)
+def test_a_vehicle_that_spins_is_not_the_controllers_to_fly(rate, seconds, reason):
+    owner = Owner()
+    owner.run(0.1)
+    owner.run(seconds, sample=lambda it: it.good_sample(rates=(0.0, 0.0, rate)))
+    assert [event[1:] for event in owner.events] == ([(GuardMode.DESCEND, reason)] if reason else [])
 
 
 def test_a_short_lean_is_forgotten():
