@@ -29,10 +29,10 @@ def replay(runs: Sequence[Run]) -> list[Replay]:
     if not flown:
         return []
     key, title = numbered(flown[0].trajectory, 0, "path", "3-D position trajectory tracking")
-    caption = "The vehicle is drawn larger than it is; its thrust orange, the wind blue, the reference grey."
-    ghosts = f" Ghosts: {', '.join(run.name for run in flown[1:])}." if len(flown) > 1 else ""
-    keys = " Keys: space, arrows, 1 to 4."
-    return [Replay(key, title, f"{caption} {flown[0].name}: its path by its error.{ghosts}{keys}", flown)]
+    parts = ["The vehicle is drawn larger than it is; its thrust orange, the wind blue, the reference grey."]
+    parts += [f"{flown[0].name}: its path by its error."] if flown[0].has("reference") else []
+    parts += [f"Ghosts: {', '.join(run.name for run in flown[1:])}."] if len(flown) > 1 else []
+    return [Replay(key, title, " ".join([*parts, "Keys: space, arrows, 1 to 4."]), flown)]
 
 
 def scene(runs: Sequence[Run], colour: Mapping[str, str]) -> dict[str, Any]:

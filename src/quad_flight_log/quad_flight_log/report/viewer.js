@@ -156,7 +156,6 @@
     const corners = gl.createBuffer();
     let seen = ONE, most = 0; // segments that the corners are there for
     gl.enable(gl.DEPTH_TEST);
-    gl.depthFunc(gl.LEQUAL);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
 
@@ -187,7 +186,7 @@
     }
 
     // Draws the segments first to last.
-    function draw(points, { first = 0, last, colours = null, tint = [1, 1, 1, 1], width = 2, model = ONE }) {
+    function draw(points, { first = 0, last, colours = null, tint = [1, 1, 1, 1], width = 2, model = ONE, over = false }) {
       if (last <= first) return;
       gl.bindBuffer(gl.ARRAY_BUFFER, points);
       gl.vertexAttribPointer(a, 3, gl.FLOAT, false, 24, 0);
@@ -202,6 +201,7 @@
       }
       gl.uniformMatrix4fv(places.place, false, model === ONE ? seen : product(seen, model));
       gl.uniform1f(places.width, width);
+      gl.depthFunc(over ? gl.ALWAYS : gl.LEQUAL); // bodies in one place would show each other in patches
       gl.uniform4fv(places.tint, tint);
       gl.drawElements(gl.TRIANGLES, 6 * (last - first), gl.UNSIGNED_INT, 24 * first);
     }
@@ -268,7 +268,8 @@
         flight.known = Math.max(0, flight.error.findIndex(Number.isFinite));
       });
       ground(Math.min(0, low[2]));
-      scale.textContent = main.error ? `error 0 to ${metres(scene.worst)}` : "";
+      scale.hidden = !main.error;
+      scale.textContent = `error 0 to ${metres(scene.worst)}`;
     }
 
     // A grid of 1, 2 or 5 times a power of ten, and the axes at its corner.
@@ -325,11 +326,11 @@
       paint.draw(flight.path, { ...lines, first: here.next, last: all, width: 1, tint: [1, 1, 1, 0.28] });
       if (!p || !q) return;
       const colour = ghost ? flight.colour : ink;
-      paint.draw(shapes.vehicle, { last: parts.vehicle, model: pose(p, q, scene.arm), tint: [...colour, ghost ? 0.55 : 1], width: ghost ? 1.2 : 1.8 });
+      paint.draw(shapes.vehicle, { over: true, last: parts.vehicle, model: pose(p, q, scene.arm), tint: [...colour, ghost ? 0.55 : 1], width: ghost ? 1.2 : 1.8 });
       const thrust = flight.value("thrust", here), wind = flight.value("wind", here), wanted = flight.value("reference", here);
-      const arrow = { last: parts.arrow, width: ghost ? 1.2 : 2 };
+      const arrow = { over: true, last: parts.arrow, width: ghost ? 1.2 : 2 };
       if (thrust) paint.draw(shapes.arrow, { ...arrow, model: pose(p, q, 1.6 * scene.arm * thrust[0] / flight.meanThrust), tint: [0.84, 0.37, 0, ghost ? 0.5 : 1] });
-      if (wanted && state.reference && !ghost) paint.draw(shapes.mark, { last: parts.mark, model: pose(wanted, [0, 0, 0, 1], 0.35 * scene.arm), tint: [...GREY, 1] });
+      if (wanted && state.reference && !ghost) paint.draw(shapes.mark, { over: true, last: parts.mark, model: pose(wanted, [0, 0, 0, 1], 0.35 * scene.arm), tint: [...GREY, 1] });
       if (wind && !ghost && length(...wind) > 1e-3) {
         const size = scene.arm * clamp(0.5 * length(...wind), 0.5, 4);
         paint.draw(shapes.arrow, { ...arrow, model: pose(p, towards(...wind), size), tint: [0.16, 0.62, 0.78, 1] });
