@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TextIO, cast
 
-from quad_core.cascade import STAGE
+from quad_core.cascade import ATTITUDE, POSITION, STAGE
 from quad_core.command_line import Parser, open_streams
 from quad_flight_log.analysis.flight_checks import RECORD, equal_stamps, failed_checks, judgement, read_limits, run_ids
 from quad_flight_log.analysis.replay import Replay, replay
@@ -160,6 +160,46 @@ def _replay(options: argparse.Namespace) -> int:
     for item in found:
         _print_replay(item)
     return 0 if all(item.equal for item in found) and not faults else 1
+
+
+def _shadow(options: argparse.Namespace) -> int:
+    """Print what a pair of laws would have commanded on a flight, beside what was flown, and what that betrays.
+
+    The laws that flew are the default, or those of the nodes; another law starts from its defaults. The memory is
+    carried from the first step on, and begun anew every second. A bag of others needs --vehicle.
+
+    log shadow flights/case1-1-1 --position pid --attitude se3
+    log shadow flights/real-1 --position aibs --attitude abfnitsm --vehicle my_vehicle.yaml
+    """
+    from quad_flight_log.analysis.refly import refly, vehicle_settings
+    from quad_flight_log.analysis.shadow import lines, shadow
+
+    (flight,) = _opened(options)
+    values = vehicle_settings(flight, options.vehicle)
+    laws = {POSITION: options.position, ATTITUDE: options.attitude}
+    carried, anew = (shadow(flight, laws, values, anew=each) for each in (False, True))
+    print("\n".join(lines(carried, anew)))
+    if values:
+        try:
+            print(refly(flight, values).horizon())
+        except FlightLogError as error:
+            print(f"no horizon of open loop: {error}")
+    return 0
+
+
+def _refly(options: argparse.Namespace) -> int:
+    """Fly the commands of a flight again, each second from the recorded state: how far open loop may be believed.
+
+    The vehicle is the recorded one, or that of --vehicle; a bag of others needs it.
+
+    log refly flights/case1-1-1
+    log refly flights/real-1 --vehicle my_vehicle.yaml
+    """
+    from quad_flight_log.analysis.refly import refly, vehicle_settings
+
+    (flight,) = _opened(options)
+    print(refly(flight, vehicle_settings(flight, options.vehicle)).text())
+    return 0
 
 
 def _print_replay(item: Replay) -> None:
@@ -338,6 +378,9 @@ FLAGS: dict[str, dict[str, Any]] = {
     "--map": {"default": "", "metavar": "NAME|FILE", "help": "map of columns, shipped or a YAML file"},
     "--live": {"action": "store_true", "help": "show a flight under way in the browser"},
     "--speed": {"type": _speed, "default": 1.0, "metavar": "X", "help": "times the flight's own pace (default: 1)"},
+    "--position": {"metavar": "LAW", "help": "position law (default: the one that flew)"},
+    "--attitude": {"metavar": "LAW", "help": "attitude law (default: the one that flew)"},
+    "--vehicle": {"type": Path, "metavar": "FILE", "help": "vehicle file, as scripts/identify writes it"},
     "--namespace": {"default": "", "help": "namespace of the vehicle"},
 }
 COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], int | str, tuple[str, ...]]] = {
@@ -347,6 +390,8 @@ COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], int | str, tuple[
     "hash": (_hash, "+", ("--topics",)),
     "export": (_export, 1, ("--topic", "--parquet", "--one-table", "--out")),
     "replay": (_replay, 1, ()),
+    "shadow": (_shadow, 1, ("--position", "--attitude", "--vehicle")),
+    "refly": (_refly, 1, ("--vehicle",)),
     "report": (_report, "+", ("--names", "--out")),
     "figure": (_figure, "+", ("--figure", "--names", "--out FILE", "--width", "--height")),
     "view": (_view, "*", ("--out", "--live")),

@@ -23,9 +23,10 @@ class FlownFlight(NamedTuple):
     messages: list[tuple[str, Any]]
 
 
-def fly_short(duration: float = 1.0) -> FlownFlight:
+def fly_short(duration: float = 1.0, disturbance: str = "") -> FlownFlight:
     """Fly Case 1 from the origin for ``duration`` s: thrust and tilt meet their limits on the way."""
     overrides = {"trajectory": {"trajectory": "case1", "case1.start": "printed", "case1.duration": duration}}
+    overrides |= {"simulator": {"disturbance": disturbance}} if disturbance else {}
     flight = flight_from_parameters(overrides)
     result = fly(flight)
     assert result.outcome == "ended"

@@ -62,6 +62,6 @@ def flown_phases(record: NodeRecord, role: str, law: str | None = None) -> list[
     """
     spells = [(0, record.values), *((change.step, change.values) for change in record.changes)]
     try:
-        return [(step, resolve(role, with_law(values, law or str(values.get("law"))))) for step, values in spells]
+        return [(step, resolve(role, with_law(values, law) if law else values)) for step, values in spells]
     except (ParameterError, PluginError) as error:
         raise FlightLogError(f"{role}: {error}") from error

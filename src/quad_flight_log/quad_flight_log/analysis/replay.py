@@ -5,7 +5,8 @@ and replaced by a safe one. The law runs as its node runs it, with one memory fr
 recorded parameters every bit is the same: that is the log's own proof.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,6 +35,19 @@ class Difference(NamedTuple):
     differing: int
     first_step: int
     largest: float
+
+
+Seen = tuple[int, float, Any, bool]
+"""What a controller has at a step: the step, its time step in s, its inputs, whether all of them were recorded."""
+
+
+class Answers(NamedTuple):
+    """What a law answered, an entry per step; ``incomplete``: steps that had an input which was not recorded."""
+
+    steps: list[int]
+    outputs: list[Any]
+    internals: list[Any]
+    incomplete: int
 
 
 class Replay(NamedTuple):
@@ -69,6 +83,27 @@ class Replay(NamedTuple):
         return found
 
 
+def answered(phases: Sequence[tuple[int, Resolved]], seen: Iterable[Seen], anew: Container[int] = ()) -> Answers:
+    """Return what a law says to what was ``seen``: one memory all along, begun again at the steps ``anew``.
+
+    ``phases``: as ``flown_phases`` gives them.
+    """
+    (_, start), *waiting = phases
+    module, parameters, memory = start.law.module, start.law.parameters, None
+    steps, outputs, internals, incomplete = [], [], [], 0
+    for step, dt, inputs, complete in seen:
+        while waiting and waiting[0][0] <= step:
+            parameters = waiting.pop(0)[1].law.parameters
+        if memory is None or inputs.state.on_ground or step in anew:
+            memory = module.init(parameters, start.vehicle)
+        output, memory, inside = module.step(parameters, start.vehicle, memory, inputs, dt)
+        steps.append(step)
+        outputs.append(output)
+        internals.append(inside)
+        incomplete += not complete
+    return Answers(steps, outputs, internals, incomplete)
+
+
 def replay(flight: Flight, role: str, law: str | None = None) -> Replay:
     """Feed the recorded inputs of ``role`` to its law, or to ``law`` with its defaults, as a shadow would answer them.
 
@@ -78,23 +113,11 @@ def replay(flight: Flight, role: str, law: str | None = None) -> Replay:
     record = recorded_parameters(flight).get(role)
     if record is None:
         raise FlightLogError(f"{flight.path}: flight/parameters says nothing of {role}")
-    (_, start), *waiting = flown_phases(record, role, law)
-    stage = STAGE[role]
-    topics = ("state", *(taken.topic for taken in stage.inputs), stage.output, stage.internals_topic)
-    tables = {topic: by_stamp(flight.array(topic)) for topic in topics}
-    period, notes = start.flight.plant_period, []
-    module, parameters, memory = start.law.module, start.law.parameters, None
-    steps, outputs, internals, incomplete = [], [], [], 0
-    for step, dt, inputs, complete in _seen(start, stage, tables, str(flight.path)):
-        while waiting and waiting[0][0] <= step:
-            parameters = waiting.pop(0)[1].law.parameters
-        if memory is None or inputs.state.on_ground:
-            memory = module.init(parameters, start.vehicle)
-        output, memory, inside = module.step(parameters, start.vehicle, memory, inputs, dt)
-        steps.append(step)
-        outputs.append(output)
-        internals.append(inside)
-        incomplete += not complete
+    phases = flown_phases(record, role, law)
+    start, stage = phases[0][1], STAGE[role]
+    steps, outputs, internals, incomplete = answered(phases, seen_on_board(start, stage, flight, {}))
+    tables = {topic: by_stamp(flight.array(topic)) for topic in (stage.output, stage.internals_topic)}
+    period, notes, module = start.flight.plant_period, [], start.law.module
     results: dict[str, tuple[Any, Sequence[str], list[Any]]] = {stage.output: (stage.output_type, (), outputs)}
     if record.values.get("law") == start.plugins["law"].name:
         results[stage.internals_topic] = module.Internals, record.internals_names, internals
@@ -111,35 +134,38 @@ def replay(flight: Flight, role: str, law: str | None = None) -> Replay:
     here = np.isin(stamps, common)
     for topic, (kind, names, given) in results.items():
         table = tables[topic][np.isin(tables[topic]["stamp_ns"], common)]
-        recorded = _columns_of(kind, _tuples_of(kind, table, f"{flight.path}: {topic}", names))
+        recorded = columns_of(kind, tuples_of(kind, table, f"{flight.path}: {topic}", names))
         old.update({f"{topic} {name}": column for name, column in recorded.items()})
-        new.update({f"{topic} {name}": column[here] for name, column in _columns_of(kind, given).items()})
+        new.update({f"{topic} {name}": column[here] for name, column in columns_of(kind, given).items()})
     return Replay(role, start.plugins["law"].name, common // period, old, new, missing, notes)
 
 
-def _seen(
-    flown: Resolved, stage: Stage, tables: Mapping[str, Table], where: str
-) -> Iterator[tuple[int, float, Any, bool]]:
+@lru_cache(16)
+def by_step(flight: Flight, topic: str, period: int) -> dict[int, Any]:
+    """Return {plant step of ``period`` ns: message of ``topic``, of internals the StepRecord}; kept for the next."""
+    kind = StepRecord if topic.endswith("/internals") else SIGNALS[topic].kind
+    table = by_stamp(flight.array(topic))
+    rows = tuples_of(kind, table, f"{flight.path}: {topic}")
+    return dict(zip((table["stamp_ns"] // period).tolist(), rows, strict=True))
+
+
+def seen_on_board(
+    flown: Resolved, stage: Stage, flight: Flight, others: Mapping[str, Mapping[int, Any]]
+) -> Iterator[Seen]:
     """Yield what a controller with the parameters ``flown`` had at each step of its internals.
 
-    That is the step, its time step in s, its inputs, and whether all of them were recorded.
+    ``others``: {topic: {step: value}} that it had instead of the recorded ones.
     """
-    shown = tables[stage.internals_topic]
+    period, topic = flown.flight.plant_period, stage.internals_topic
+    shown = flight.array(topic)
     kinds = {name: shown.dtype[name].base.kind for name in shown.dtype.names or ()}
     if [kinds.get(name) for name in StepRecord._fields] not in (["f", "i", "u"], ["f", "i", "i"]) or not shown[
         "dt"
     ].any():
-        raise TopicError(f"{where}: {stage.internals_topic}: does not say which inputs the steps had (an older bag?)")
-
-    def by_step(topic: str, kind: type[Any]) -> dict[int, Any]:
-        steps = (tables[topic]["stamp_ns"] // flown.flight.plant_period).tolist()
-        return dict(zip(steps, _tuples_of(kind, tables[topic], f"{where}: {topic}"), strict=True))
-
-    states: dict[int, VehicleState] = by_step("state", VehicleState)
-    given = [by_step(taken.topic, SIGNALS[taken.topic].kind) for taken in stage.inputs]
-    records = _tuples_of(StepRecord, shown, f"{where}: {stage.internals_topic}")
-    steps = (shown["stamp_ns"] // flown.flight.plant_period).tolist()
-    for step, record in zip(steps, records, strict=True):
+        raise TopicError(f"{flight.path}: {topic}: does not say which inputs the steps had (an older bag?)")
+    states: dict[int, VehicleState] = by_step(flight, "state", period)
+    given = [others.get(taken.topic) or by_step(flight, taken.topic, period) for taken in stage.inputs]
+    for step, record in by_step(flight, topic, period).items():
         state = states.get(step)
         if state is None:
             continue
@@ -154,7 +180,7 @@ def _seen(
         yield step, record.dt, stage.inputs_type(state, *values), complete
 
 
-def _tuples_of(kind: type[Any], table: Table, where: str, extra: Sequence[str] = ()) -> list[Any]:
+def tuples_of(kind: type[Any], table: Table, where: str, extra: Sequence[str] = ()) -> list[Any]:
     """Return each row of ``table`` as a ``kind``; raises SchemaError if the table lacks a field of it.
 
     ``extra``: names of the numbers in the field ``extra``, in order, for what the message has no field of its own.
@@ -175,7 +201,7 @@ def _tuples_of(kind: type[Any], table: Table, where: str, extra: Sequence[str] =
     return list(map(builder(kind), zip(*numbers, strict=True)))
 
 
-def _columns_of(kind: type[Any], items: Sequence[Any]) -> Columns:
+def columns_of(kind: type[Any], items: Sequence[Any]) -> Columns:
     """Return {leaf name: values, shape (n,)} of NamedTuples."""
     names = [leaf.name for leaf in leaves(kind)]
     # one flat row per item by a getter in C: three times as fast as NumPy on nested tuples

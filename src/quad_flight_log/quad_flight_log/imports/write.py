@@ -174,7 +174,7 @@ def _states(recording: Recording) -> list[tuple[int, str, Any]]:
 
 
 def _references(recording: Recording) -> list[tuple[int, str, Any]]:
-    """Return set points at the times of the states, each the last one before, so that every state has its own."""
+    """Return set points at the times of the states, each the last one before; none where that is too old."""
     signals, place = recording.signals, recording.signals.get("reference_position")
     states = _states(recording)
     if place is None or not states:
@@ -183,8 +183,9 @@ def _references(recording: Recording) -> list[tuple[int, str, Any]]:
     index = np.searchsorted(place.t, ns * 1e-9 + 1e-9, side="right") - 1
     kind, zero, out = _store().types["quad_msgs/msg/TrajectoryPoint"], np.zeros(3), []
     speed, yaw = signals.get("reference_velocity"), signals.get("reference_yaw")
+    oldest = max(1.0, 5.0 * float(np.median(np.diff(place.t, append=place.t[-1]))))
     for step, (at, row) in enumerate(zip(ns.tolist(), index, strict=True)):
-        if row < 0:
+        if row < 0 or at * 1e-9 - place.t[row] > oldest:
             continue
         v = zero if speed is None or len(speed.t) != len(place.t) else speed.values[row]
         psi = 0.0 if yaw is None or len(yaw.t) != len(place.t) else float(yaw.values[row, 0])
