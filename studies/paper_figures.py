@@ -25,7 +25,7 @@ from quad_flight_log.report.flight_figures import (
     position_error,
     run_from_tables,
 )
-from quad_flight_log.report.scene import Replay, replay
+from quad_flight_log.report.scene import Playback, playback
 
 ROOT = Path(__file__).resolve().parents[1]
 GAINS = ROOT / "studies" / "study_gains" / "1"
@@ -66,7 +66,7 @@ TEXTS = {
 class Shown(NamedTuple):
     """A figure's error after SETTLED: RMS and largest, by controller, and their unit."""
 
-    figure: Figure | Replay
+    figure: Figure | Playback
     rms: dict[str, float]
     largest: dict[str, float]
     unit: str
@@ -82,7 +82,7 @@ def flight(case: str, controller: str, seed: int = SEED) -> Flight:
 def shown(runs: Sequence[Run]) -> list[Shown]:
     """Return the seven figures of a case with the errors of each."""
     found = []
-    for figure in (*replay(runs), *paper_figures(runs)):
+    for figure in (*playback(runs), *paper_figures(runs)):
         errors = {run.name: _error(run, figure) for run in runs}
         rms = {name: float(np.sqrt(np.mean(error**2))) for name, error in errors.items()}
         largest = {name: float(np.abs(error).max()) for name, error in errors.items()}
@@ -90,8 +90,8 @@ def shown(runs: Sequence[Run]) -> list[Shown]:
     return found
 
 
-def _error(run: Run, figure: Figure | Replay) -> Any:
-    if isinstance(figure, Replay):
+def _error(run: Run, figure: Figure | Playback) -> Any:
+    if isinstance(figure, Playback):
         times, error = position_error(run)
         values = norms(error)
     else:

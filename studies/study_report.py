@@ -21,7 +21,7 @@ from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.figures import Figure
 from quad_flight_log.report.flight_figures import CASES, Run, inside_figures, paper_figures, run_from_tables
 from quad_flight_log.report.page import Page, folded, heading, table, verbatim, write_page
-from quad_flight_log.report.scene import Replay, replay
+from quad_flight_log.report.scene import Playback, playback
 
 FILES = ("study.json", "flights.parquet", "summary.parquet", "comparison.parquet", "trials.parquet")
 _KEYS = ("name", "command", "cases", "plants", "conditions", "seeds", "controllers", "metrics")
@@ -82,7 +82,7 @@ def study_page(study: Study, command: str) -> Page:
         ("objective", str(facts.get("objective", ""))),
     ]
     head, *rows = comparison_rows(facts, study.comparison)
-    body: list[Figure | Replay | str] = [
+    body: list[Figure | Playback | str] = [
         heading("Costs over tunings", str(facts.get("conditions_text", ""))),
         table(head, rows),
         *tuning_figures(study.trials, study.titles),
@@ -96,7 +96,7 @@ def study_page(study: Study, command: str) -> Page:
         if runs:
             body += [
                 heading(f"{CASES.get(case, case)}: the paper's figures", note),
-                *replay(runs),
+                *playback(runs),
                 *paper_figures(runs),
             ]
             body += [heading(f"Inside the flights of {case}", note), *inside_figures(runs)]

@@ -15,7 +15,7 @@ from quad_flight_log.report.figures import PALETTE, REFERENCE_COLOUR
 from quad_flight_log.report.flight_figures import Run, run_from_flight
 from quad_flight_log.report.page import Page, write_page
 from quad_flight_log.report.pages import report_page
-from quad_flight_log.report.scene import replay
+from quad_flight_log.report.scene import playback
 
 ROOT = Path(__file__).resolve().parents[2]
 IMAGES = ROOT / "docs" / "images"
@@ -82,7 +82,7 @@ def draw_paths(runs: list[Run], path: Path) -> None:
 
 
 def film(flights: list[Any], path: Path) -> None:
-    """Take a film of the replay of Case 2, the other flight as its ghost."""
+    """Take a film of the playback of Case 2, the other flight as its ghost."""
     import io
 
     from PIL import Image
@@ -90,7 +90,7 @@ def film(flights: list[Any], path: Path) -> None:
     runs = [run_from_flight(flight, flight.name) for flight in flights]
     frames = []
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        page = write_page(Page("", "", (), replay(runs)), Path(folder, "page.html"))
+        page = write_page(Page("", "", (), playback(runs)), Path(folder, "page.html"))
         with Browser(Path(folder, "profile"), (760, 760)) as browser:
             browser.open(page.as_uri())
             browser.wait("document.body.dataset.drawn")

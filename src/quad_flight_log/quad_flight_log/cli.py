@@ -218,7 +218,7 @@ def _print_replay(item: Replay) -> None:
 
 
 def _report(options: argparse.Namespace) -> int:
-    """Write a flight as a self-contained, interactive HTML page: verdict, replay, figures, metrics, events.
+    """Write a flight as a self-contained, interactive HTML page: verdict, playback, figures, metrics, events.
 
     Several flights of one trajectory come into one page, comparison.html in this directory or in --out, all in the
     same figures. Every figure has a button that saves it as SVG. Exit code 1: a verdict is unknown, for a bag is no

@@ -19,7 +19,7 @@ from quad_flight_log.report.flight_figures import (
     run_from_tables,
     with_bands,
 )
-from quad_flight_log.report.scene import replay, samples, scene
+from quad_flight_log.report.scene import playback, samples, scene
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def two():
 @pytest.mark.parametrize(("trajectory", "first"), [("case1", 5), ("case2", 12)])
 def test_each_case_has_its_seven_figures(trajectory, first):
     runs = [drawn_flights.run("a", trajectory)]
-    figures = [*replay(runs), *paper_figures(runs)]
+    figures = [*playback(runs), *paper_figures(runs)]
     subjects = ["3-D", "Longitudinal", "Lateral", "Vertical", "Roll", "Pitch", "Yaw"]
     assert len(figures) == 7
     for offset, (figure, subject) in enumerate(zip(figures, subjects, strict=True)):

@@ -15,7 +15,7 @@ from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.figures import REFERENCE, Band, Figure, Line, Panel
 from quad_flight_log.report.page import Page, folded, heading, page_text, table, verbatim, write_page
 from quad_flight_log.report.pages import report_page
-from quad_flight_log.report.scene import replay
+from quad_flight_log.report.scene import playback
 
 plotly = pytest.importorskip("plotly.graph_objects")
 
@@ -77,7 +77,7 @@ def test_text_of_others_stays_text_in_every_part_of_a_page():
     line = Line(EVIL, EVIL, (np.arange(2.0), np.arange(2.0)))
     figure = Figure("k", EVIL, EVIL, (Panel(EVIL, (line,)),), bands=(Band(0.0, 1.0, EVIL),))
     body = [heading(EVIL, EVIL), table((EVIL,), ((EVIL,),)), folded(EVIL, verbatim(EVIL)), figure]
-    body += replay([drawn_flights.run(EVIL, EVIL)])
+    body += playback([drawn_flights.run(EVIL, EVIL)])
     found = page_text(Page(EVIL, EVIL, ((EVIL, EVIL),), body, ("good", EVIL), ((EVIL, EVIL),)))
     assert "<img" not in found
     assert found.count("<script") == 4, "viewer, plotly, page and their data"

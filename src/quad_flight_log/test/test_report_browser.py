@@ -13,7 +13,7 @@ from quad_flight_log.report.figures import REFERENCE, Figure, Line, Panel
 from quad_flight_log.report.flight_figures import Run, inside_figures, paper_figures, with_bands
 from quad_flight_log.report.page import Page, write_page
 from quad_flight_log.report.pages import report_page
-from quad_flight_log.report.scene import Replay, replay
+from quad_flight_log.report.scene import Playback, playback
 
 pytest.importorskip("plotly")
 pytest.importorskip("websockets")
@@ -27,7 +27,7 @@ VISIBLE = """(run) => [...document.querySelectorAll('.plot')].flatMap(plot =>
 def figures():
     one = [drawn_flights.run("proposed"), drawn_flights.run("pid <b>", scale=2.0)]
     two = [drawn_flights.run("proposed", "case2"), drawn_flights.run("pid <b>", "case2", scale=2.0)]
-    return [*replay(one), *paper_figures(one), *inside_figures(one)[:2], *replay(two), *paper_figures(two)]
+    return [*playback(one), *paper_figures(one), *inside_figures(one)[:2], *playback(two), *paper_figures(two)]
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +59,7 @@ def test_everything_is_drawn(page, figures):
     assert page.value("document.body.dataset.drawn") == str(len(figures))
     assert page.value("document.title") == "Title"
     curves = page.value("document.querySelectorAll('.scatterlayer .trace path.js-line').length")
-    expected = sum(len(panel.lines) for f in figures if not isinstance(f, Replay) for panel in f.panels)
+    expected = sum(len(panel.lines) for f in figures if not isinstance(f, Playback) for panel in f.panels)
     assert curves == expected
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.figures import REFERENCE_COLOUR, Figure, colours, height, runs_of, thin
 from quad_flight_log.report.flight_figures import Run, inside_figures, paper_figures
-from quad_flight_log.report.scene import Replay, replay
+from quad_flight_log.report.scene import Playback, playback
 
 KINDS = (".pdf", ".svg", ".png")
 _INCH = 25.4  # mm
@@ -26,14 +26,14 @@ _STYLE = {
 }
 
 
-def figures_by_name(runs: Sequence[Run]) -> dict[str, Figure | Replay]:
+def figures_by_name(runs: Sequence[Run]) -> dict[str, Figure | Playback]:
     """Return {name: figure} of runs of one trajectory: path, x to yaw, error, effort, spectrum, and the laws' own."""
-    every: list[Figure | Replay] = [*replay(runs), *paper_figures(runs), *inside_figures(runs)]
+    every: list[Figure | Playback] = [*playback(runs), *paper_figures(runs), *inside_figures(runs)]
     prefix = f"{runs[0].trajectory or 'flight'}-"
     return {each.key.partition(prefix)[2]: each for each in every}
 
 
-def save(figure: Figure | Replay, path: Path, width: float, height_mm: float | None = None) -> None:
+def save(figure: Figure | Playback, path: Path, width: float, height_mm: float | None = None) -> None:
     """Draw a figure ``width`` mm wide into ``path``, whose ending says the format; FlightLogError for another one."""
     if path.suffix not in KINDS:
         raise FlightLogError(f"{path}: found {path.suffix!r}, expected {', '.join(KINDS)}")
@@ -42,11 +42,11 @@ def save(figure: Figure | Replay, path: Path, width: float, height_mm: float | N
         from matplotlib.figure import Figure as Canvas
     except ImportError as error:
         raise FlightLogError("a figure needs matplotlib: pip install -r requirements/extras.txt") from error
-    panels = 1 if isinstance(figure, Replay) else len(figure.panels)
-    tall = height_mm or (0.8 * width if isinstance(figure, Replay) else 10.0 + 0.38 * width * panels**0.8)
+    panels = 1 if isinstance(figure, Playback) else len(figure.panels)
+    tall = height_mm or (0.8 * width if isinstance(figure, Playback) else 10.0 + 0.38 * width * panels**0.8)
     with mpl.rc_context(_STYLE):
         canvas = Canvas(figsize=(width / _INCH, tall / _INCH), layout="constrained")
-        handles, labels = _space(canvas, figure) if isinstance(figure, Replay) else _panels(canvas, figure)
+        handles, labels = _space(canvas, figure) if isinstance(figure, Playback) else _panels(canvas, figure)
         if len(labels) > 1:
             canvas.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 4), frameon=False)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -70,7 +70,7 @@ def _panels(canvas: Any, figure: Figure) -> tuple[list[Any], list[str]]:
     return list(named.values()), list(named)
 
 
-def _space(canvas: Any, figure: Replay) -> tuple[list[Any], list[str]]:
+def _space(canvas: Any, figure: Playback) -> tuple[list[Any], list[str]]:
     from matplotlib.ticker import MaxNLocator
 
     ax, colour = canvas.add_subplot(projection="3d"), colours([run.name for run in figure.runs])

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.figures import REFERENCE, Figure, colours, drawn, runs_of
-from quad_flight_log.report.scene import Replay, scene
+from quad_flight_log.report.scene import Playback, scene
 
 
 class Page(NamedTuple):
-    """A whole report: ``body`` holds figures, replays and HTML of the functions below, in order.
+    """A whole report: ``body`` holds figures, playbacks and HTML of the functions below, in order.
 
     ``command`` made it; ``facts`` are lines of name and value, folded at its end. ``verdict``: good, failed or
     unknown, and the line that opens the page; None where nothing was judged. ``numbers``: (value, what it is).
@@ -24,7 +24,7 @@ class Page(NamedTuple):
     title: str
     command: str
     facts: Sequence[tuple[str, str]]
-    body: Sequence[Figure | Replay | str]
+    body: Sequence[Figure | Playback | str]
     verdict: tuple[str, str] | None = None
     numbers: Sequence[tuple[str, str]] = ()
 
@@ -69,20 +69,20 @@ def page_text(page: Page) -> str:
     """Return the HTML of a page."""
     parts = [part for part in page.body if not isinstance(part, str)]
     figures = [part for part in parts if isinstance(part, Figure)]
-    replayed = [run.name for part in parts if isinstance(part, Replay) for run in part.runs]
-    runs = [*dict.fromkeys([*replayed, *runs_of(figures)])]
+    played = [run.name for part in parts if isinstance(part, Playback) for run in part.runs]
+    runs = [*dict.fromkeys([*played, *runs_of(figures)])]
     runs.sort(key=REFERENCE.__eq__)
     colour = colours(runs)
     data: dict[str, Any] = {}
     for part in parts:
         if part.key in data:
             raise ValueError(f"two figures with the key {part.key!r}")
-        if isinstance(part, Replay):
+        if isinstance(part, Playback):
             data[part.key] = {"scene": scene(part.runs, colour)}
         else:
             data[part.key] = {**json.loads(drawn(part, colour).to_json()), "time": part.over_time}
     body = "\n".join(part if isinstance(part, str) else _figure(part) for part in page.body)
-    scripts = [resource("viewer.js")] if replayed else []
+    scripts = [resource("viewer.js")] if played else []
     scripts += [_library(), resource("page.js")] if parts else []
     within = f"""<header><h1>{escape(page.title)}</h1>
 {_opening(page)}</header>
@@ -150,8 +150,8 @@ def _source(page: Page) -> str:
     return folded("Where this comes from", f'{facts}<p class="note">Made by</p>{verbatim(page.command)}')
 
 
-def _figure(part: Figure | Replay) -> str:
-    key, kind = escape(part.key), "viewer" if isinstance(part, Replay) else "plot"
+def _figure(part: Figure | Playback) -> str:
+    key, kind = escape(part.key), "viewer" if isinstance(part, Playback) else "plot"
     return (
         f'<figure id="{key}"><h3>{escape(part.title)}</h3><figcaption>{escape(part.caption)}</figcaption>'
         f'<div class="{kind}" data-figure="{key}"></div></figure>'

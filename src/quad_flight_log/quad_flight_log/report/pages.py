@@ -11,7 +11,7 @@ from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.figures import Figure
 from quad_flight_log.report.flight_figures import CASES, Run, inside_figures, paper_figures, run_from_flight, with_bands
 from quad_flight_log.report.page import Page, folded, heading, table, verbatim
-from quad_flight_log.report.scene import Replay, replay
+from quad_flight_log.report.scene import Playback, playback
 from quad_flight_log.report.text import metric_rows
 
 _METRICS = ("duration", "position_rmse", "position_max", "position_final", "settling_time", "attitude_rmse")
@@ -21,7 +21,7 @@ def report_page(flights: Sequence[Flight], names: Sequence[str], command: str) -
     """Return the report of one flight, or of several of one trajectory in the same figures.
 
     Each is judged by the limits that its bag notes; the page opens with the worst verdict. Then come of one flight
-    three numbers and its replay, of several the table with the best, the error over time and the replay. Raises
+    three numbers and its playback, of several the table with the best, the error over time and the playback. Raises
     TopicError for a bag without any topic of a flight, FlightLogError for different trajectories.
     """
     runs = runs_of_one_trajectory(flights, names)
@@ -30,11 +30,11 @@ def report_page(flights: Sequence[Flight], names: Sequence[str], command: str) -
             raise flight.without_topics("there is nothing to report")
     judged = [judgement(flight, run.metrics) for flight, run in zip(flights, runs, strict=True)]
     notes = {name: truth_note(flight) for flight, name in zip(flights, names, strict=True)}
-    body: list[Figure | Replay | str] = [heading("", f"{name}: {note}") for name, note in notes.items() if note]
+    body: list[Figure | Playback | str] = [heading("", f"{name}: {note}") for name, note in notes.items() if note]
     tables = _tables(runs, judged[0].limits if len(runs) == 1 else {})
     inside = with_bands(inside_figures(runs), runs)
     error = inside[:1] if inside and inside[0].key.endswith("-error") else []
-    body += [*replay(runs), *tables, *error] if len(runs) == 1 else [*tables, *error, *replay(runs)]
+    body += [*playback(runs), *tables, *error] if len(runs) == 1 else [*tables, *error, *playback(runs)]
     trajectory = runs[0].trajectory
     body += [heading("The paper's figures" if trajectory in CASES else "Position and attitude")]
     body += with_bands(paper_figures(runs), runs)

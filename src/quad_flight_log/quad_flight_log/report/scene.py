@@ -14,7 +14,7 @@ from quad_flight_log.report.flight_figures import Run, numbered
 SAMPLES = 3000  # of one flight, evenly spaced; between them the viewer interpolates
 
 
-class Replay(NamedTuple):
+class Playback(NamedTuple):
     """The viewer in a page: flights of one trajectory, the first in full, the others as ghosts."""
 
     key: str
@@ -23,8 +23,8 @@ class Replay(NamedTuple):
     runs: Sequence[Run]
 
 
-def replay(runs: Sequence[Run]) -> list[Replay]:
-    """Return the replay of those of ``runs`` that have ``truth``: one, or none."""
+def playback(runs: Sequence[Run]) -> list[Playback]:
+    """Return the playback of those of ``runs`` that have ``truth``: one, or none."""
     flown = [run for run in runs if run.has("truth")]
     if not flown:
         return []
@@ -32,7 +32,7 @@ def replay(runs: Sequence[Run]) -> list[Replay]:
     parts = ["The vehicle is drawn larger than it is; its thrust orange, the wind blue, the reference grey."]
     parts += [f"{flown[0].name}: its path by its error."] if flown[0].has("reference") else []
     parts += [f"Ghosts: {', '.join(run.name for run in flown[1:])}."] if len(flown) > 1 else []
-    return [Replay(key, title, " ".join([*parts, "Keys: space, arrows, 1 to 4."]), flown)]
+    return [Playback(key, title, " ".join([*parts, "Keys: space, arrows, 1 to 4."]), flown)]
 
 
 def scene(runs: Sequence[Run], colour: Mapping[str, str]) -> dict[str, Any]:

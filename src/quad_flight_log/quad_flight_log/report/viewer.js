@@ -213,7 +213,7 @@
     const stage = element(root, "div", "stage"), canvas = element(stage, "canvas");
     const paint = painter(canvas);
     if (!paint) {
-      stage.textContent = "This browser has no WebGL 2: the flight cannot be replayed here.";
+      stage.textContent = "This browser has no WebGL 2: the flight cannot be played here.";
       return null;
     }
     const ink = rgb(getComputedStyle(root).getPropertyValue("--ink").trim() || "#1d2530");
