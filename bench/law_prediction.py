@@ -16,8 +16,8 @@ from typing import Any
 
 from quad_core.cascade import STAGE
 from quad_core.geometry import ZERO, add, rotated_by_vector, scale
-from quad_core.prediction import Shown, ahead, angular_acceleration, held_for, modelled_acceleration
-from quad_core.prediction import predicting as predicted_law
+from quad_core.law import law_of
+from quad_core.prediction import Shown, ahead, angular_acceleration, held_for, modelled_acceleration, with_prediction
 from quad_core.types import VehicleState
 from quad_flight.flight import fly, from_names
 from quad_flight.stages import PerStage
@@ -69,9 +69,9 @@ def flown(delay, settings, form=0.0):
         settings = [*settings, *(f"{role}.prediction.smoothing={form}" for role in CONTROLLERS)]
     flight = from_names("case2", settings=[f"simulator.sensor.delay={delay}", *settings])
     if form:
-        laws = [resolved.plugins["law"].module for resolved in (flight.resolved[role] for role in CONTROLLERS)]
+        laws = [law_of(resolved.plugins["law"].module) for resolved in (flight.resolved[role] for role in CONTROLLERS)]
         kinds: list[Any] = [STAGE[role].inputs_type for role in CONTROLLERS]
-        stages = PerStage(*(predicted_law(law, kind, simple) for law, kind in zip(laws, kinds, strict=True)))
+        stages = PerStage(*(with_prediction(law, kind, simple) for law, kind in zip(laws, kinds, strict=True)))
         flight = flight._replace(modules=flight.modules._replace(stages=stages))
     result = fly(flight, compiled=not form, logging=False)
     if result.outcome != "ended":

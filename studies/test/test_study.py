@@ -56,7 +56,7 @@ def flown(monkeypatch):
     calls = []
 
     def fly(flight, *, compiled=False, logging=True):
-        geometric = ".se3" in flight.modules.stages.position_controller.__name__
+        geometric = ".se3" in flight.modules.stages.position_controller.name
         calls.append(flight.seed)
         rows = np.zeros(3, ROWS)
         rows["stamp_ns"] = np.arange(3) * 10**7

@@ -13,12 +13,15 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from quad_core import plugins, roles
+from quad_core.law import Wrapper
+from quad_core.lift_off import with_lift_off
 from quad_core.node_parameters import (
     OdometryRelayParameters,
     RecorderParameters,
     SimulatorParameters,
     TrajectoryParameters,
 )
+from quad_core.prediction import with_prediction
 from quad_core.roles import PLANT_SLOTS, Role, Stage, VehicleInterface
 from quad_core.types import Actuation, Disturbance, FlightMode, TrajectoryPoint, VehicleState
 
@@ -35,6 +38,9 @@ STAGES = roles.in_order(tuple(roles.registered(roles.STAGES, Stage).values()))
 
 STAGE = {stage.role: stage for stage in STAGES}
 """{role: its row}."""
+
+WRAPPERS = (Wrapper(with_prediction, switch="prediction"), Wrapper(with_lift_off))
+"""What stands around every law, the innermost first: prediction where its node asks for it, and lift-off."""
 
 COMMAND, COMMANDING = STAGES[-1].output, STAGES[-1].role
 """The only topic that a vehicle follows, and the role that gives it."""

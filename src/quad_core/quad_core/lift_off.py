@@ -14,7 +14,6 @@ The vehicle interface keeps ``LiftOff`` and marks each state; all else follows f
 
 from collections.abc import Callable
 from functools import cache
-from types import ModuleType
 from typing import Any, NamedTuple
 
 from quad_core.geometry import (
@@ -27,6 +26,7 @@ from quad_core.geometry import (
     rotate_inverse,
     scale,
 )
+from quad_core.law import Law
 from quad_core.records import referable
 from quad_core.types import AttitudeInputs, PositionInputs, TrajectoryPoint, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
@@ -146,24 +146,21 @@ def shifted(inputs: PositionInputs, distance: Vec3, speed: Vec3, pull: Vec3) -> 
 
 
 @cache
-def lifting(law: ModuleType, inputs: type[Any]) -> ModuleType:
-    """Return the module of ``law`` whose ``step`` lifts the vehicle straight up while its state is on the ground.
+def with_lift_off(law: Law, inputs: type[Any]) -> Law:
+    """Return ``law`` with a ``step`` that lifts the vehicle straight up while its state is on the ground.
 
     ``inputs`` is the class of what the law's stage takes. What runs it gives it the law's first memory there.
     """
-    module = ModuleType(f"{law.__name__}[lift_off]", law.__doc__)
-    vars(module).update({name: value for name, value in vars(law).items() if not name.startswith("__")})
-    if inputs is PositionInputs:
-        fields = {"law": law.Memory, "distance": Vec3, "speed": Vec3, "returns": bool}
-        kind: Any = referable("Memory", f"{law.__name__}_lifted", fields, __name__)
-        vars(module).update(
-            Memory=kind,
-            init=lambda parameters, vehicle: kind(law.init(parameters, vehicle), ZERO, ZERO, False),
-            step=_position_step(law.step, kind),
-        )
-    else:
-        vars(module)["step"] = _step(law.step, inputs is AttitudeInputs)
-    return module
+    name = f"{law.name}[lift_off]"
+    if inputs is not PositionInputs:
+        return law._replace(name=name, step=_step(law.step, inputs is AttitudeInputs))
+    fields = {"law": law.Memory, "distance": Vec3, "speed": Vec3, "returns": bool}
+    memory: Any = referable("Memory", f"{law.name}_lifted", fields, __name__)
+
+    def init(parameters: Any, vehicle: Any) -> Any:
+        return memory(law.init(parameters, vehicle), ZERO, ZERO, False)
+
+    return law._replace(name=name, Memory=memory, init=init, step=_position_step(law.step, memory))
 
 
 def _step(law: Callable[..., Any], is_attitude: bool) -> Callable[..., Any]:

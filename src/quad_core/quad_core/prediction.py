@@ -25,10 +25,10 @@ Hamel and Pflimlin, IEEE TAC 53(5), 2008).
 import math
 from collections.abc import Callable
 from functools import cache
-from types import ModuleType
 from typing import Annotated, Any, NamedTuple
 
 from quad_core.geometry import ZERO, add, body_z, cross, relative_attitude, rotated_by_vector, scale, subtract
+from quad_core.law import Law
 from quad_core.parameters import Flag, Real
 from quad_core.records import field_kinds, referable
 from quad_core.types import Actuation, Quat, Vec3, VehicleState, fresh
@@ -202,14 +202,14 @@ def turned_towards(q: Quat, target: Quat, rate: float, dt: float) -> Quat:
 
 
 @cache
-def predicting(law: ModuleType, inputs: type[Any], predicted: Callable[..., Any] = predict) -> ModuleType:
-    """Return the module of ``law`` that acts on the predicted state; ``predicted`` predicts it.
+def with_prediction(law: Law, inputs: type[Any], predicted: Callable[..., Any] = predict) -> Law:
+    """Return ``law`` as it acts on the predicted state; ``predicted`` predicts it.
 
     ``inputs`` is the class of what the law's stage takes, the state first. ``Parameters`` are (law, prediction),
     ``Memory`` is (law, known), ``Internals`` are the law's and those of ``Shown``. Whatever runs a law (node, replay,
     loop, compiled) runs this in its place, so that all give the same bits.
     """
-    suffix, law_init, law_step = f"{law.__name__}_prediction", law.init, law.step
+    suffix, law_init, law_step = f"{law.name}_prediction", law.init, law.step
     fields = field_kinds(law.Internals) | field_kinds(Shown)
     memory_kind: Any = referable("Memory", suffix, {"law": law.Memory, "known": Estimate}, __name__)
     shown_kind: Any = referable("Internals", suffix, fields, __name__)
@@ -222,12 +222,5 @@ def predicting(law: ModuleType, inputs: type[Any], predicted: Callable[..., Any]
         output, own, internals = law_step(parameters.law, vehicle, memory.law, inputs(state, *seen[1:]), dt)
         return output, memory_kind(own, known), shown_kind(*(internals[:] + shown[:]))
 
-    module = ModuleType(f"{law.__name__}[prediction]", __doc__)
-    vars(module).update(
-        Parameters=referable("Parameters", suffix, {"law": law.Parameters, "prediction": Prediction}, __name__),
-        Memory=memory_kind,
-        Internals=shown_kind,
-        init=init,
-        step=step,
-    )
-    return module
+    both = referable("Parameters", suffix, {"law": law.Parameters, "prediction": Prediction}, __name__)
+    return Law(f"{law.name}[prediction]", both, memory_kind, shown_kind, init, step)

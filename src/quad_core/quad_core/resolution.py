@@ -8,21 +8,20 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from quad_core import plugins
-from quad_core.cascade import ALL_ROLES, COMMANDER, RELAY, SHADOW, SIMULATOR, STAGE
+from quad_core.cascade import ALL_ROLES, COMMANDER, RELAY, SHADOW, SIMULATOR, STAGE, WRAPPERS
 from quad_core.flight_parameters import FlightParameters
-from quad_core.lift_off import lifting
+from quad_core.law import law_of
 from quad_core.parameter_files import is_of_ros, plain_value
 from quad_core.parameters import Field, ParameterError, Value, build, fields, flatten, nearest
 from quad_core.plugins import PluginError
-from quad_core.prediction import predicting
 from quad_core.vehicle import Vehicle, check_inertia
 
 
 class Plugin(NamedTuple):
-    """A loaded plug-in with its resolved parameters."""
+    """A loaded plug-in with its resolved parameters; ``module``: of a stage that flies, the law in its wrappers."""
 
     name: str
-    module: ModuleType
+    module: Any
     parameters: Any
 
 
@@ -38,13 +37,17 @@ class Resolved(NamedTuple):
     @property
     def law(self) -> Plugin:
         """The law of a stage as it flies: on predicted states where that is enabled, and with lift-off."""
-        law = self.plugins["law"]
+        plugin = self.plugins["law"]
+        law, parameters = law_of(plugin.module), plugin.parameters
         inputs: Any = STAGE[self.role.removeprefix(SHADOW)].inputs_type
-        prediction = getattr(self.node, "prediction", None)
-        if prediction is not None and prediction.enabled:
-            module = predicting(law.module, inputs)
-            law = law._replace(module=module, parameters=module.Parameters(law.parameters, prediction))
-        return law._replace(module=lifting(law.module, inputs))
+        for wrapper in WRAPPERS:
+            switch = getattr(self.node, wrapper.switch, None) if wrapper.switch else None
+            if not wrapper.switch:
+                law = wrapper.wrapped(law, inputs)
+            elif switch is not None and switch.enabled:
+                law = wrapper.wrapped(law, inputs)
+                parameters = law.Parameters(parameters, switch)
+        return plugin._replace(module=law, parameters=parameters)
 
     def all_fields(self) -> list[Field]:
         """Return every parameter of the node, dotted, with its resolved value as default."""

@@ -7,7 +7,8 @@ import pytest
 from quad_core import plugins
 from quad_core.cascade import ATTITUDE, POSITION, STAGE
 from quad_core.geometry import euler_from_quaternion, norm, quaternion_from_euler
-from quad_core.lift_off import airborne, lifted_off, lifting, sinks, standing
+from quad_core.law import law_of
+from quad_core.lift_off import airborne, lifted_off, sinks, standing, with_lift_off
 from quad_core.resolution import resolve
 from quad_core.types import (
     Actuation,
@@ -115,8 +116,7 @@ def test_what_the_vehicle_was_carried_aside_is_taken_back_by_and_by():
 
 def test_a_stage_without_place_or_attitude_only_forgets():
     own = resolve(ATTITUDE, {}).plugins["law"]
-    module = lifting(own.module, tuple)
-    assert module.PRESETS is own.module.PRESETS
+    module = with_lift_off(law_of(own.module), tuple)
     first = own.module.init(own.parameters, Vehicle())
     for on_ground in (True, False):
         given = inputs_of(ATTITUDE, STATE._replace(on_ground=on_ground))

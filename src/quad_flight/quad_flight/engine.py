@@ -80,7 +80,7 @@ def _compiled_engine(modules: Modules) -> Engine:
     try:
         directory = cache_root() / source_hash(modules)
         if not directory.exists():
-            names = ", ".join(module.__name__ for module in (*modules[:-1], *modules.stages))
+            names = ", ".join(names_of(modules))
             sys.stderr.write(f"compiling the flight, once for its laws and plant, some 30 s: {names}\n")
         return Engine(functions, *(_cached(function, directory) for function in loops))
     except (OSError, RuntimeError) as error:
@@ -111,9 +111,14 @@ def signs_of_life(key: Hashable) -> Iterator[None]:
         done.set()
 
 
+def names_of(modules: Modules) -> list[str]:
+    """Return what the plug-ins of a flight are called."""
+    return [*(module.__name__ for module in modules[:-1]), *(law.name for law in modules.stages)]
+
+
 def explain(modules: Modules, error: Exception) -> EngineError:
     """Return an error that names the plug-ins which ``error``, raised by Numba, is about."""
-    names = ", ".join(module.__name__ for module in (*modules[:-1], *modules.stages))
+    names = ", ".join(names_of(modules))
     return EngineError(f"cannot be compiled ({names}): {' '.join(str(error).split())[:600]}")
 
 

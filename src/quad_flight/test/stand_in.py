@@ -140,6 +140,7 @@ class trajectory:  # noqa: N801
 class position:  # noqa: N801
     """Thrust from the height error and the climb; not a number if ``gain`` is negative, after 4 steps."""
 
+    name = "stand_in.position"
     Memory, Internals = Memory, Internals
 
     @staticmethod
@@ -159,6 +160,7 @@ class position:  # noqa: N801
 class attitude:  # noqa: N801
     """Passes the thrust on, ``gain`` times; remembers infinity from the seventh answer on if ``gain`` is 0."""
 
+    name = "stand_in.attitude"
     Memory, Internals = Memory, Internals
 
     @staticmethod
