@@ -23,7 +23,18 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from quad_autopilot.autopilot import FORCE, IN_PROGRESS, RESULTS, Control, Profile, Request
-from quad_autopilot.evidence import Evidence, Inputs, Intent, Memory, Phase, asked_in
+from quad_autopilot.evidence import (
+    Evidence,
+    Inputs,
+    Intent,
+    Memory,
+    Phase,
+    asked_in,
+    flies,
+    flies_other_than,
+    wants,
+    wants_armed,
+)
 from quad_autopilot.parameters import ArmingParameters
 
 STREAM, MODE, ARM, SPOOL_UP, FLY, LAND, LANDED, RELEASED, PROBE, STANDBY, CLIMB, RETURN, DISARM = Phase
@@ -61,9 +72,10 @@ QUIET = Output(STREAM, False, Setpoint.NONE, None, "")
 _GROUND, _ARMING, _TAKE_OFF = (STREAM, PROBE, STANDBY), (MODE, ARM, SPOOL_UP), (CLIMB, RETURN)
 _WITHIN = "within {l.step_timeout:g} s:{answer}{why}"
 
+_LANDS = (Control.OURS, Control.LANDING, Control.UNSAID)
 E = Evidence
 RULES: tuple[tuple[tuple[Phase, ...], Callable[[Evidence], bool], Phase | None, str], ...] = (
-    ((*_ARMING, FLY, *_TAKE_OFF, LAND), E.is_killed, DISARM, ""),
+    ((*_ARMING, FLY, *_TAKE_OFF, LAND), wants(Intent.KILL), DISARM, ""),
     # what the autopilot, or a pilot, does by itself
     ((DISARM, LAND), E.is_disarmed, LANDED, ""),
     ((FLY,), E.is_disarmed_idle, RELEASED, "{p.name} disarmed before the take-off{idle}{why}"),
@@ -85,15 +97,14 @@ RULES: tuple[tuple[tuple[Phase, ...], Callable[[Evidence], bool], Phase | None, 
     ((STREAM,), E.is_unaware, RELEASED, _UNAWARE),
     ((STREAM,), E.stays_refused, RELEASED, "arming refused: {i.refusal}"),
     ((STREAM,), E.is_refused, None, ""),
-    ((STREAM,), E.is_unsettled, None, ""),
-    ((STREAM,), E.is_ready, STANDBY, ""),
+    ((STREAM,), E.is_settled, STANDBY, ""),
     ((PROBE,), E.has_noticed, STREAM, ""),
     ((STANDBY,), E.is_called_off, LANDED, ""),
-    ((STANDBY,), E.is_wanted_up, MODE, ""),
+    ((STANDBY,), wants(Intent.IDLE, Intent.FLY, Intent.CLIMB), MODE, ""),
     # to the flight
-    (_ARMING, E.is_wanted_down_armed, DISARM, ""),
-    (_ARMING, E.is_wanted_down, STANDBY, ""),
-    ((MODE,), E.is_ours, ARM, ""),
+    (_ARMING, wants_armed(Intent.GROUND), DISARM, ""),
+    (_ARMING, wants(Intent.GROUND), STANDBY, ""),
+    ((MODE,), flies(Control.OURS), ARM, ""),
     ((ARM,), E.is_armed, SPOOL_UP, ""),
     ((MODE,), E.is_not_given, RELEASED, "{p.name} did not change to {p.offboard} " + _WITHIN),
     ((ARM,), E.is_late, RELEASED, "{p.name} did not arm " + _WITHIN),
@@ -102,20 +113,20 @@ RULES: tuple[tuple[tuple[Phase, ...], Callable[[Evidence], bool], Phase | None, 
     ((SPOOL_UP,), E.is_spooled_up, FLY, ""),
     # in flight
     ((FLY,), E.is_uncommanded, LAND, "controllers: no command for {silent:.0f} ms"),
-    ((FLY,), E.is_wanted_down, DISARM, ""),
-    ((FLY,), E.is_to_climb, CLIMB, ""),
-    ((FLY,), E.is_to_land, LAND, ""),
+    ((FLY,), wants(Intent.GROUND), DISARM, ""),
+    ((FLY,), wants(Intent.CLIMB), CLIMB, ""),
+    ((FLY,), wants(Intent.LAND), LAND, ""),
     # a take-off of the autopilot's own, and back to our mode
-    (_TAKE_OFF, E.is_take_off_ended, LAND, "landing asked for during the take-off"),
-    ((CLIMB,), E.is_not_climbing, RELEASED, "{taken} during its take-off: {now}"),
+    (_TAKE_OFF, wants(Intent.GROUND, Intent.LAND), LAND, "landing asked for during the take-off"),
+    ((CLIMB,), flies(Control.OTHER), RELEASED, "{taken} during its take-off: {now}"),
     ((CLIMB,), E.has_climbed, RETURN, ""),
     ((CLIMB,), E.is_overdue, LAND, "{p.name}: no end of its take-off,{answer}"),
-    ((RETURN,), E.is_ours, FLY, ""),
-    ((RETURN,), E.is_not_waiting, RELEASED, "{taken} after its take-off: {now}"),
+    ((RETURN,), flies(Control.OURS), FLY, ""),
+    ((RETURN,), flies_other_than(Control.WAITING, Control.UNSAID), RELEASED, "{taken} after its take-off: {now}"),
     ((RETURN,), E.is_late, LAND, "{p.name} did not change to {p.offboard} after its take-off:{answer}"),
     # to the ground; an autopilot that does not see the ground lands by itself
     ((DISARM,), E.does_not_disarm, LAND, "{p.name} does not disarm:{answer}"),
-    ((LAND,), E.is_not_landing, RELEASED, "{taken} while landing: {now}"),
+    ((LAND,), flies_other_than(*_LANDS), RELEASED, "{taken} while landing: {now}"),
     ((LAND,), E.is_unheard, RELEASED, _UNHEARD),
     ((LAND,), E.is_overdue, RELEASED, _NOT_LANDED),
     ((DISARM,), E.is_unheard, RELEASED, "nothing heard from {p.name} for {i.silence:.0f} s: its motors may still turn"),

@@ -1,6 +1,7 @@
 """What is known of an autopilot between ground and ground, and the questions that lead from one phase to the next."""
 
 import math
+from collections.abc import Callable
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -133,10 +134,6 @@ class Evidence:
         self.said = inputs.autopilot or Autopilot("no mode yet", Control.OTHER, False)
         self.intent, self.control, self.elapsed = inputs.intent, self.said.control, inputs.now - memory.since
 
-    def is_ready(self) -> bool:
-        """Nothing else holds."""
-        return True
-
     def is_armed(self) -> bool:
         """The autopilot says that its motors may turn."""
         return self.said.armed
@@ -201,9 +198,9 @@ class Evidence:
         """Something has kept the flight from beginning for the whole phase."""
         return self.is_refused() and self.is_late()
 
-    def is_unsettled(self) -> bool:
-        """A trajectory would be planned from a start that moves; flight.start_timeout ends the wait."""
-        return self.inputs.moves
+    def is_settled(self) -> bool:
+        """The vehicle rests, so that a trajectory can be planned from there; flight.start_timeout ends the wait."""
+        return not self.inputs.moves
 
     def is_called_off(self) -> bool:
         """The commander has ended a flight that the autopilot was not armed for."""
@@ -216,38 +213,6 @@ class Evidence:
     def has_to_land(self) -> bool:
         """The flight must end now, and the motors may turn."""
         return self.has_to_end() and self.said.armed
-
-    def is_wanted_up(self) -> bool:
-        """The commander wants the vehicle armed."""
-        return Intent.IDLE <= self.intent <= Intent.CLIMB
-
-    def is_wanted_down(self) -> bool:
-        """The commander wants the vehicle disarmed on the ground."""
-        return self.intent == Intent.GROUND
-
-    def is_wanted_down_armed(self) -> bool:
-        """The same, and its motors may turn."""
-        return self.is_wanted_down() and self.said.armed
-
-    def is_to_climb(self) -> bool:
-        """The commander wants the autopilot to take off by itself."""
-        return self.intent == Intent.CLIMB
-
-    def is_to_land(self) -> bool:
-        """The commander wants the autopilot to land by itself."""
-        return self.intent == Intent.LAND
-
-    def is_take_off_ended(self) -> bool:
-        """The commander wants the vehicle on the ground while it takes off."""
-        return self.intent in (Intent.GROUND, Intent.LAND)
-
-    def is_killed(self) -> bool:
-        """The commander wants the motors to stop, wherever the vehicle is."""
-        return self.intent == Intent.KILL
-
-    def is_ours(self) -> bool:
-        """The autopilot is in our mode."""
-        return self.control == Control.OURS
 
     def is_taken(self) -> bool:
         """Our mode was taken away."""
@@ -270,21 +235,9 @@ class Evidence:
         """A state has waited too long for a command."""
         return self.inputs.command_age > self.limits.command_timeout
 
-    def is_not_climbing(self) -> bool:
-        """Another mode than a take-off, or what follows it, is flown."""
-        return self.control == Control.OTHER
-
     def has_climbed(self) -> bool:
         """The autopilot holds its place in the air."""
         return self.control == Control.WAITING and not self.said.landed
-
-    def is_not_waiting(self) -> bool:
-        """Another mode than that after a take-off is flown."""
-        return self.control not in (Control.WAITING, Control.UNSAID)
-
-    def is_not_landing(self) -> bool:
-        """Another mode than ours or a landing is flown."""
-        return self.control not in (Control.OURS, Control.LANDING, Control.UNSAID)
 
     def does_not_disarm(self) -> bool:
         """The autopilot does not disarm on the ground after a landing of ours."""
@@ -316,3 +269,23 @@ class Evidence:
             answer=f"{COMMANDS.get(request.command, '') if request else ''} "
             f"{memory.answer or 'never acknowledged (is target_system right?)'}",
         )
+
+
+def wants(*intents: Intent) -> Callable[[Evidence], bool]:
+    """Return the condition that the commander wants one of ``intents``."""
+    return lambda evidence: evidence.intent in intents
+
+
+def wants_armed(intent: Intent) -> Callable[[Evidence], bool]:
+    """Return the condition that the commander wants ``intent`` of an autopilot whose motors may turn."""
+    return lambda evidence: evidence.intent == intent and evidence.said.armed
+
+
+def flies(*controls: Control) -> Callable[[Evidence], bool]:
+    """Return the condition that the autopilot says that one of ``controls`` has the vehicle."""
+    return lambda evidence: evidence.control in controls
+
+
+def flies_other_than(*controls: Control) -> Callable[[Evidence], bool]:
+    """Return the condition that it says that none of ``controls`` has the vehicle."""
+    return lambda evidence: evidence.control not in controls
