@@ -23,6 +23,7 @@ from quad_autopilot.odometry import Sample
 from quad_core.cascade import POSITION, STAGE
 from quad_core.enumerations import GuardReason
 from quad_core.parameters import ParameterError
+from quad_core.resolution import Resolved
 from quad_core.types import AttitudeThrust, Vec3, Wrench
 from quad_guard.checks import StateSample, WrenchCommand
 from quad_node.codec import Stamped
@@ -36,26 +37,25 @@ from quad_px4.parameters import PX4, AirframeParameters, ChosenBy, Mode
 class Px4Bridge:
     """PX4 over uXRCE-DDS; it leaves offboard COM_OF_LOSS_T after the last heartbeat."""
 
-    def __init__(self, kind: str = PX4, has_own_beats: bool = False, **flight: Any) -> None:
+    def __init__(
+        self,
+        kind: str = PX4,
+        airframe: Callable[[Resolved], AirframeParameters] = lambda resolved: resolved.node.airframe,
+        take_estimate: Callable[[Sample], object] | None = None,
+        **flight: Any,
+    ) -> None:
         """Look for px4_msgs and set up the mapping; raises ParameterError for what cannot fly.
 
-        ``has_own_beats``: the joined plant calls ``step``, every 20 ms of its own clock. ``flight``: what else is said
-        to the ``AutopilotFlight``.
+        ``airframe``: the vehicle as PX4 has it. What has a bridge of its own hands it in ``take_estimate`` and
+        ``flight``, arguments of the ``AutopilotFlight``, what it does instead; it calls ``step`` by its own ``clock``.
         """
-        self.flight = AutopilotFlight(
-            kind,
-            PROFILE,
-            ask=self._request,
-            activate=self.activate,
-            progress=self.take_wrench,
-            missing=self.missing,
-            refusal=self.refusal,
-            shut_down=self.shut_down,
-            **flight,
-        )
+        given = {"activate": self.activate, "progress": self.take_wrench, "missing": self.missing, **flight}
+        given = {"refusal": self.refusal, "shut_down": self.shut_down, **given}
+        self.flight = AutopilotFlight(kind, PROFILE, ask=self._request, **given)
         self.node, self.leader, self.settings = self.flight.node, self.flight.leader, self.flight.settings
         self.px4 = messages.load()
-        self._mode, self.mapping = Mode(getattr(self.settings, "mode", Mode.WRENCH)), mapping.build(self.airframe())
+        self._mode = Mode(getattr(self.settings, "mode", Mode.WRENCH))
+        self.mapping = mapping.build(airframe(self.node.resolved))
         self._by_attitude = self.flight.by_attitude = self._mode == Mode.ATTITUDE
         self.flight.predicted = mapping.predict(self.mapping, Wrench())
         self._status: Any = None
@@ -65,17 +65,12 @@ class Px4Bridge:
         self._external = self._registered()
         self.passed_on: Stamped | None = None
         self._is_command_new = self._is_state_new = False
-        self._listen()
+        self._listen(take_estimate or self.take_estimate)
         if not self._by_attitude and self._external is None:
             self.flight.profile = PROFILE._replace(loss_limit=self.settings.loss_limit, loss_advice=LOSS_ADVICE)
         self.node.measures.append(self._measured)
-        if not has_own_beats:
+        if "clock" not in flight:
             self.node.every(BEAT, self.step)
-
-    def airframe(self) -> AirframeParameters:
-        """Return the vehicle as PX4 has it."""
-        airframe: AirframeParameters = self.settings.airframe
-        return airframe
 
     def _registered(self) -> ExternalMode | None:
         """Return the registration of parameter external_mode, None without; raises ParameterError."""
@@ -89,7 +84,7 @@ class Px4Bridge:
             )
         return ExternalMode(self.node.ros, self.px4, self.settings.namespace, name, self._mode, self._arming_refusal)
 
-    def _listen(self) -> None:
+    def _listen(self, take_estimate: Callable[[Sample], object]) -> None:
         quality = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
         space, target, ros = self.settings.namespace, self.settings.target_system, self.node.ros
 
@@ -112,7 +107,7 @@ class Px4Bridge:
         ):
             hear(name, partial(self._note, attribute, read))
         hear("VehicleCommandAck", lambda message: self._note_ack(messages.ack(message, target)))
-        hear("VehicleOdometry", lambda message: self.take_estimate(messages.sample(message)))
+        hear("VehicleOdometry", lambda message: take_estimate(messages.sample(message)))
         if self._by_attitude:
             self.node.links.subscribe(STAGE[POSITION].output, self._take_setpoint, raw=True)
 

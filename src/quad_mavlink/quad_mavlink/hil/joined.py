@@ -16,6 +16,7 @@ from quad_autopilot.autopilot_flight import BEAT, Taken
 from quad_autopilot.evidence import Phase
 from quad_core.cascade import COMMAND, COMMANDER, STAGES
 from quad_core.cycle import is_flyable, seconds
+from quad_core.resolution import Resolved
 from quad_core.types import Actuation, Disturbance, VehicleState, Wrench
 from quad_dynamics.node import announce
 from quad_dynamics.plant_model import PlantModel
@@ -50,13 +51,31 @@ class Moved(NamedTuple):
     actuation: Actuation
 
 
-class JoinedPlant(Px4Bridge):
-    """The bridge to PX4, by the clock of the plant that it integrates."""
+def _airframe(resolved: Resolved) -> AirframeParameters:
+    """Return the vehicle as PX4 has it: the plant's."""
+    return motors.airframe(resolved.vehicle, resolved.node.thrust_curve)
+
+
+class JoinedPlant:
+    """A bridge to PX4, by the clock of the plant that it integrates."""
 
     def __init__(self) -> None:
         """Make bridge, plant and sensors and open the port; raises ParameterError if it cannot fly."""
-        super().__init__(JOINED, has_own_beats=True, clock=self.clock, predicts=False)
-        node, mavlink, period = self.node, link.load(), self.node.flight.plant_period
+        self.bridge = Px4Bridge(
+            JOINED,
+            lambda resolved: _airframe(resolved)._replace(thr_mdl_fac=resolved.node.thrust_curve),
+            self.take_estimate,
+            activate=self.activate,
+            progress=self.take_wrench,
+            missing=self.missing,
+            refusal=self.refusal,
+            shut_down=self.shut_down,
+            clock=self.clock,
+            predicts=False,
+        )
+        self.flight, self.leader, self.settings = self.bridge.flight, self.bridge.leader, self.bridge.settings
+        self.node = node = self.bridge.node
+        mavlink, period = link.load(), node.flight.plant_period
         self.model = PlantModel(node.resolved)
         self._server = link.Server(mavlink, self.settings.listen)
         sensors = Sensors(truth_steps=self.settings.truth_period_steps)
@@ -74,16 +93,11 @@ class JoinedPlant(Px4Bridge):
             node.links.subscribe(topic, partial(self._on_payload, topic), raw=True)
         node.every(_TICK, self._drive)
 
-    def airframe(self) -> AirframeParameters:
-        """Return the vehicle as PX4 has it: the plant's."""
-        curve = self.settings.thrust_curve
-        return motors.airframe(self.node.vehicle, curve)._replace(thr_mdl_fac=curve)
-
     def activate(self) -> None:
         """Say which airframe PX4 must have; await every answer from now on."""
-        super().activate()
-        airframe = motors.airframe(self.node.vehicle, self.settings.thrust_curve)
-        self.node.events.info("airframe", f"PX4 must have {motors.described(airframe)}", always=True)
+        self.bridge.activate()
+        text = f"PX4 must have {motors.described(_airframe(self.node.resolved))}"
+        self.node.events.info("airframe", text, always=True)
         period_of = self.leader.handshake.period
         self.gate.expect({topic: period_of(role) for role, topic in self._answers.items()})
 
@@ -112,11 +126,11 @@ class JoinedPlant(Px4Bridge):
     def refusal(self) -> str:
         """Return why the vehicle must not fly: as the bridge, or because PX4's stamps are of another clock."""
         stamp, now = self.flight.stamps().sampled, self.time_usec
-        return super().refusal() if Gate.is_of_our_clock(stamp, now) else foreign_stamp(stamp, now)
+        return self.bridge.refusal() if Gate.is_of_our_clock(stamp, now) else foreign_stamp(stamp, now)
 
     def take_estimate(self, sample: odometry.Sample) -> Taken:
         """Learn when the next estimate is due, await the answers to this one, and publish what was true by then."""
-        taken = super().take_estimate(sample)
+        taken = self.bridge.take_estimate(sample)
         if taken.published:
             self.gate.on_published(self.node.current_step)
             self._publish_moved()
@@ -126,9 +140,9 @@ class JoinedPlant(Px4Bridge):
 
     def take_wrench(self) -> None:
         """Pass on a wrench that has just come, and go on if that was what the plant waited for."""
-        before, newest = self.passed_on, self.leader.wrenches.newest
-        super().take_wrench()
-        if self.passed_on is not before and self.flight.may_fly():
+        before, newest = self.bridge.passed_on, self.leader.wrenches.newest
+        self.bridge.take_wrench()
+        if self.bridge.passed_on is not before and self.flight.may_fly():
             self._are_outputs_due, self._idle_from = True, time.monotonic()
         if newest is not None:
             self._on_answer(COMMAND, newest.step, self.node.run)
@@ -209,7 +223,7 @@ class JoinedPlant(Px4Bridge):
         if decision == Decision.UNANSWERED:
             waited = f"no {self.gate.missing} for {self.settings.gate.answer_timeout:g} s, for which the plant waited"
             flight.stop = f"controllers: step {self.node.current_step}: {waited}"
-            self.step()
+            self.bridge.step()
         if decision == Decision.OVERDUE:
             text = f"no vehicle_odometry for {self.settings.gate.overdue:g} s by the wall clock, though one was due"
             self.node.events.warn("state_overdue", text, leader.elapsed_ns)
@@ -217,7 +231,7 @@ class JoinedPlant(Px4Bridge):
 
     def _integrate(self, answer: motors.Answer) -> None:
         """Go on by one step, and beat if it is time to."""
-        step, wrench = self._step_at(self.time_usec), motors.wrench(self.mapping, answer)
+        step, wrench = self._step_at(self.time_usec), motors.wrench(self.bridge.mapping, answer)
         if step > _BEFORE:
             wrench = self.model.receive(step, wrench, step).wrench
         truth = self.model.advance(max(step, _BEFORE), wrench if answer.armed else Wrench())
@@ -231,7 +245,7 @@ class JoinedPlant(Px4Bridge):
         self._publish_moved()
         if self.clock() >= self._next_beat:
             self._next_beat = self.clock() + BEAT - 1e-6
-            self.step()
+            self.bridge.step()
 
     def _step_at(self, time_usec: int) -> int:
         """Return the step of the flight at a time of PX4, negative before step 0."""
