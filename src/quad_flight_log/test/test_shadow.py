@@ -8,7 +8,7 @@ from loop_flight import FlownFlight, fly_short, write_flight
 
 from quad_core.vehicle import Vehicle
 from quad_flight_log.analysis.refly import refly
-from quad_flight_log.analysis.shadow import shadow
+from quad_flight_log.analysis.shadow import AXES, Beside, mistakes, shadow
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.cli import main
 
@@ -104,6 +104,29 @@ def test_a_planted_mistake_is_named(flown, tmp_path, capsys, change, named):
     assert named in said
     assert said.count("? ") == 1
     assert "every bit" not in said
+
+
+def test_an_axis_that_follows_another_is_named():
+    t = np.linspace(0.0, 10.0, 1001)
+    waves = {name: np.sin((1.0 + number) * t) for number, name in enumerate(AXES)}
+    axes = {name: (t, wave, wave) for name, wave in waves.items()} | {"thrust": (t, 5.0 + 0.0 * t, 5.0 + 0.0 * t)}
+    axes |= {one: (t, waves[one], -waves[other]) for one, other in (("roll", "pitch"), ("pitch", "roll"))}
+    named = [f"frame? {one} of the shadow follows {two} of the flight (correlation -1.00)" for one, two in
+             (("roll", "pitch"), ("pitch", "roll"))]  # fmt: skip
+    assert mistakes(Beside([], axes, {}, 5.0, True, [])) == named
+
+
+def test_time_without_a_set_point_is_left_out_and_counted(calm, tmp_path):
+    table = np.loadtxt(as_csv(calm, tmp_path), delimiter=",", skiprows=1)
+    head = (tmp_path / "flight.csv").read_text().splitlines()[0]
+    table[:, head.split(",").index("rx")][250:1000] = np.nan  # from 0.5 s to 2 s; the last one holds for 1 s
+    np.savetxt(tmp_path / "flight.csv", table, delimiter=",", header=head, comments="")
+    bag = tmp_path / "bag"
+    assert main(["import", str(tmp_path / "flight.csv"), "--map", str(tmp_path / "map.yaml"), "--out", str(bag)]) == 0
+    beside = shadow(open_flight(bag), {}, {"vehicle.mass": 0.56}, anew=False)
+    assert "left out: 0.5 s without a reference, 0.0 s with idle motors, of 2.5 s" in beside.notes
+    times = beside.axes["roll"][0]
+    assert not ((times > 1.51) & (times < 1.99)).any()
 
 
 def test_an_imported_flight_has_a_shadow_and_goes_on_from_its_states(calm, tmp_path, capsys):
