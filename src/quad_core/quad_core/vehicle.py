@@ -13,6 +13,35 @@ class Layout(IntEnum):
     X = 1
 
 
+Signs = tuple[int, int, int, int]
+
+
+class Arrangement(NamedTuple):
+    """Where the four motors of a log stand and how they turn the body, in the log's own order.
+
+    ``forward`` and ``left``: place over the arm of that axis; ``yaw``: 1 where more speed turns the body to +yaw (a
+    propeller that turns clockwise seen from above), -1 where to -yaw.
+    """
+
+    forward: Signs
+    left: Signs
+    yaw: Signs
+
+    @property
+    def levers(self) -> tuple[tuple[int, ...], ...]:
+        """Roll, pitch and yaw torque of each rotor's thrust over its arm."""
+        return self.left, tuple(-place for place in self.forward), self.yaw
+
+
+ARRANGEMENTS = {
+    "x": Arrangement((-1, 1, 1, -1), (-1, -1, 1, 1), (1, -1, 1, -1)),
+    "plus": Arrangement((-1, 0, 1, 0), (0, -1, 0, 1), (1, -1, 1, -1)),
+    "crazyflie": Arrangement((1, -1, -1, 1), (-1, -1, 1, 1), (-1, 1, -1, 1)),
+    "px4": Arrangement((1, -1, 1, -1), (-1, 1, 1, -1), (-1, -1, 1, 1)),
+}
+"""x and plus: the order of this project's plants; crazyflie: M1 front right, clockwise; px4: airframe Quadrotor X."""
+
+
 class DragSign(IntEnum):
     """Sign of the drag terms of eqs. 5 and 9: drag opposes the motion, or as the paper prints it."""
 

@@ -16,11 +16,12 @@ from pathlib import Path
 
 from quad_core.command_line import Parser
 from quad_core.parameter_files import load_yaml
+from quad_core.vehicle import ARRANGEMENTS
 from quad_flight_log.errors import FlightLogError, one_line, printable
 from quad_identify.identify import Result, identify
 from quad_identify.logs import places, read_log
 from quad_identify.model import AT
-from quad_identify.record import LAYOUTS, RecordError
+from quad_identify.record import RecordError
 from quad_identify.vehicle_file import GRAVITY, vehicle_text, vehicle_values
 
 
@@ -34,7 +35,7 @@ def _parser() -> argparse.ArgumentParser:
         "--arms", default="", metavar="M|X,Y", help="centre to rotor in m, or its distances along x and y"
     )
     parser.add_argument(
-        "--layout", choices=sorted(LAYOUTS), default="", help="where motors 1 to 4 stand (default: the map's)"
+        "--layout", choices=sorted(ARRANGEMENTS), default="", help="where motors 1 to 4 stand (default: the map's)"
     )
     parser.add_argument("--map", default="", metavar="NAME|FILE", help="map of columns, as for log import")
     parser.add_argument(
@@ -82,7 +83,7 @@ def _run(options: argparse.Namespace) -> int:
     for path in options.logs:
         _progress(f"reading {path}")
         flights.append(read_log(path, options.map, options.layout))
-    layout = next((name for name, rotors in LAYOUTS.items() if rotors == flights[0].rotors), "x")
+    layout = next((name for name, rotors in ARRANGEMENTS.items() if rotors == flights[0].rotors), "x")
     arms = places(given, layout) if given else None
     result = identify(
         flights,

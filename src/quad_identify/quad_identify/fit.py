@@ -73,7 +73,7 @@ def _linear(model: Model, p: Floats) -> float:
         columns = [mean, square] if model.curve is None else [(1.0 - model.curve) * mean + model.curve * square]
         first.append(np.stack([each[grid.windows].ravel() for each in columns], axis=1))
         forces.append(grid.force[grid.windows][:, :, 2].ravel())
-        level = y.mean @ grid.rotors.levers.T  # torque of small differences
+        level = y.mean @ np.transpose(grid.rotors.levers)  # torque of small differences
         angle = np.concatenate([level, y.mean.sum(axis=1)[:, None]], axis=1)[grid.windows]
         path = np.cumsum(angle, axis=1) * grid.step
         rates.append((path - path.mean(axis=1, keepdims=True)).reshape(-1, 4))

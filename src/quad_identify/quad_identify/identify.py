@@ -2,7 +2,7 @@
 
 Example, in a notebook::
 
-    flight = Flight(Samples(t, force), Samples(t, rates), Samples(t, motors), rotors=LAYOUTS["x"])
+    flight = Flight(Samples(t, force), Samples(t, rates), Samples(t, motors), rotors=ARRANGEMENTS["x"])
     result = identify([flight], mass=0.5, arms=(0.09, 0.09))
     print(result.text())
 """

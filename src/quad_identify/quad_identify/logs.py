@@ -4,13 +4,14 @@ from pathlib import Path
 
 import numpy as np
 
+from quad_core.vehicle import ARRANGEMENTS
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.imports.importing import read_recording
 from quad_flight_log.imports.maps import Recording, load_map, mapped
 from quad_flight_log.imports.tables import read_tables
 from quad_flight_log.imports.write import ROTORS
-from quad_identify.record import LAYOUTS, Flight, RecordError, Samples
+from quad_identify.record import Flight, RecordError, Samples
 
 
 def read_log(path: Path, map_name: str = "", layout: str = "") -> Flight:
@@ -51,7 +52,7 @@ def _flight(recording: Recording, name: str, layout: str) -> Flight:
         motors,
         signals.get("specific_force"),
         signals.get("body_rates"),
-        LAYOUTS[layout or recording.rotors],
+        ARRANGEMENTS[layout or recording.rotors],
         speeds,
         signals.get("velocity"),
         signals.get("attitude"),

@@ -146,7 +146,10 @@ class Model:
             force -= grid.velocity_b * p[[AT["linear_drag"], AT["linear_drag"], AT["vertical_drag"]]]
         b = p[AT["roll_torque_per_inertia"] : AT["yaw_torque_per_inertia"] + 1]
         w = grid.rates
-        alpha = b * (turning @ grid.rotors.levers.T) + turning.sum(axis=1)[:, None] * p[AT["trim_x"] : AT["trim_z"] + 1]
+        alpha = (
+            b * (turning @ np.transpose(grid.rotors.levers))
+            + turning.sum(axis=1)[:, None] * p[AT["trim_x"] : AT["trim_z"] + 1]
+        )
         alpha += w * p[AT["damping_x"] : AT["damping_z"] + 1]
         alpha += self.gyroscopic(p) * np.stack([w[:, 1] * w[:, 2], w[:, 0] * w[:, 2], w[:, 0] * w[:, 1]], axis=1)
         change = self.lagged(number, p[AT["rotor_time_constant"]], p[AT["command_delay"]]).change

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
+from quad_core.vehicle import ARRANGEMENTS, Arrangement
+
 Floats = NDArray[np.float64]
 FASTEST = 1000.0  # Hz of the grid
 BLOCK_RATE = 100.0  # Hz at which model and measurement are compared; both are means over the same spans
@@ -35,32 +37,6 @@ class Samples(NamedTuple):
         return float(1.0 / np.median(np.diff(self.t)))
 
 
-class Rotors(NamedTuple):
-    """Where the four motors of a log stand and how they turn the body, in the log's own order.
-
-    ``forward`` and ``left``: place over the arm of that axis; ``yaw``: 1 where more speed turns the body to +yaw (a
-    propeller that turns clockwise seen from above), -1 where to -yaw.
-    """
-
-    forward: tuple[float, float, float, float]
-    left: tuple[float, float, float, float]
-    yaw: tuple[float, float, float, float]
-
-    @property
-    def levers(self) -> Floats:
-        """Roll, pitch and yaw torque of each rotor's thrust over its arm, shape (3, 4)."""
-        return np.array([self.left, tuple(-place for place in self.forward), self.yaw])
-
-
-LAYOUTS = {
-    "x": Rotors((-1, 1, 1, -1), (-1, -1, 1, 1), (1, -1, 1, -1)),
-    "plus": Rotors((-1, 0, 1, 0), (0, -1, 0, 1), (1, -1, 1, -1)),
-    "crazyflie": Rotors((1, -1, -1, 1), (-1, -1, 1, 1), (-1, 1, -1, 1)),
-    "px4": Rotors((1, -1, 1, -1), (-1, 1, 1, -1), (-1, -1, 1, 1)),
-}
-"""x and plus: the order of this project's plants; crazyflie: M1 front right, clockwise; px4: airframe Quadrotor X."""
-
-
 class Flight(NamedTuple):
     """One log: commands of four motors in 0..1 (or speeds in rad/s), specific force m/s^2 and body rates rad/s.
 
@@ -70,7 +46,7 @@ class Flight(NamedTuple):
     motors: Samples
     specific_force: Samples | None = None
     body_rates: Samples | None = None
-    rotors: Rotors = LAYOUTS["x"]
+    rotors: Arrangement = ARRANGEMENTS["x"]
     speeds: bool = False
     velocity: Samples | None = None
     attitude: Samples | None = None
@@ -154,7 +130,7 @@ class Grid(NamedTuple):
     attitude: Floats | None
     velocity: Floats | None
     position: Floats | None
-    rotors: Rotors
+    rotors: Arrangement
     rates_hz: dict[str, float]
 
 

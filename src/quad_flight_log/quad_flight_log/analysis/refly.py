@@ -16,7 +16,7 @@ from quad_core.parameter_files import overrides_for, read_parameter_file
 from quad_core.parameters import ParameterError, Value
 from quad_core.resolution import Resolved
 from quad_core.types import CALM, Vec3, VehicleState, Wrench
-from quad_core.vehicle import Layout, Vehicle
+from quad_core.vehicle import ARRANGEMENTS, Layout, Vehicle
 from quad_dynamics import rigid_body
 from quad_dynamics.rotors import DIAGONAL, rotor_limit, yaw_arm
 from quad_flight_log.analysis.arrays import Floats, Stamps, by_stamp, norms
@@ -26,7 +26,6 @@ from quad_flight_log.analysis.replay import tuples_of
 from quad_flight_log.analysis.tables import truth_topic
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError, TopicError
-from quad_flight_log.imports.doubts import TURNS
 from quad_flight_log.imports.write import ROTORS
 from quad_flight_log.report.text import aligned
 
@@ -87,7 +86,7 @@ def flown_wrench(flight: Flight, vehicle: Vehicle) -> tuple[Stamps, Floats]:
     commands = np.stack(list(table[field]))
     each = (rotor_limit(vehicle) if field == "normalized" else vehicle.lift_coefficient) * commands * commands
     arm = vehicle.arm_length * (DIAGONAL if vehicle.layout == Layout.X else 1.0)
-    turns = np.array(TURNS[flight.metadata.get(ROTORS, "x")], float)
+    turns = np.array(ARRANGEMENTS[flight.metadata.get(ROTORS, "x")].levers, float)
     return table["stamp_ns"], np.column_stack([each.sum(axis=1), each @ turns.T * (arm, arm, yaw_arm(vehicle))])
 
 

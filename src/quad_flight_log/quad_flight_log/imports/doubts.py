@@ -7,17 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
+from quad_core.vehicle import ARRANGEMENTS
 from quad_flight_log.imports.maps import Recording, Signal
 
 Floats = NDArray[np.float64]
 GRAVITY = 9.81
-TURNS = {
-    "x": ((-1, -1, 1, 1), (1, -1, -1, 1), (1, -1, 1, -1)),
-    "plus": ((0, -1, 0, 1), (1, 0, -1, 0), (1, -1, 1, -1)),
-    "crazyflie": ((-1, -1, 1, 1), (-1, 1, 1, -1), (-1, 1, -1, 1)),
-    "px4": ((-1, 1, 1, -1), (-1, 1, -1, 1), (-1, -1, 1, 1)),
-}
-"""Sign of the roll, pitch and yaw torque of motors 1 to 4 of each arrangement (FLU)."""
 
 
 def doubts(recording: Recording) -> list[str]:
@@ -166,12 +160,14 @@ def _motor_order(motors: Signal, rates: Signal, rotors: str) -> list[str]:
     t = np.arange(t[0], t[-1], 0.02)
     alpha, out = _derivative(rates, t, 0.04), []
     best = {}
-    for name, turns in TURNS.items():
+    for name, arrangement in ARRANGEMENTS.items():
         fits = []
         for shift in (0.0, 0.02, 0.04, 0.06):
             u = np.stack([np.interp(t - shift, motors.t, column) for column in motors.values.T], axis=1)
             u = u - u.mean(axis=0)
-            fits.append([np.corrcoef(u @ np.array(turn), alpha[:, axis])[0, 1] for axis, turn in enumerate(turns)])
+            fits.append(
+                [np.corrcoef(u @ np.array(turn), alpha[:, axis])[0, 1] for axis, turn in enumerate(arrangement.levers)]
+            )
         best[name] = np.nan_to_num(np.array(fits)).max(axis=0)
     mine = best[rotors]
     other = max(best, key=lambda name: float(best[name][:2].sum()))
