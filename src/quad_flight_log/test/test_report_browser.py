@@ -38,6 +38,7 @@ def browser(tmp_path_factory):
 
 def opened(browser, path, size=(1200, 900), theme="light"):
     """Return the browser once it has drawn a page."""
+    browser.open("about:blank")  # a report loads itself again when the theme changes
     browser.show_as(size, theme)
     browser.open(path.as_uri())
     browser.wait("document.body.dataset.drawn")
