@@ -21,6 +21,7 @@ HEAVY = ("sympy", "mpmath", "numpy", "scipy.integrate", "scipy.spatial.transform
 COPIED = (
     "src", "studies", "test/paper", "test/accept", "test/long_tests.txt", "docs", "pyproject.toml", "conftest.py",
     "scripts/lib",
+    "examples/layouts",
 )
 # fmt: on
 PAPER_TESTS = {
