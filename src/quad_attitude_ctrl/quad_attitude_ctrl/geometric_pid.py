@@ -18,8 +18,7 @@ from quad_attitude_ctrl.rotation_filter import (
     RotationShaping,
     RotationState,
     as_angles,
-    at_rest,
-    goal_of,
+    filter_and_goal,
     next_rotation,
 )
 from quad_attitude_ctrl.torque import (
@@ -84,8 +83,7 @@ def step(
     """
     setpoint, state, old = inputs.setpoint, inputs.state, memory.integral
     roll, pitch, yaw = parameters.roll, parameters.pitch, parameters.yaw
-    filtered = memory.filter if memory.initialised else at_rest(state.q_wb, setpoint)
-    goal = goal_of(parameters.shaping.command, filtered, setpoint)
+    filtered, goal = filter_and_goal(parameters.shaping, memory.filter, memory.initialised, state.q_wb, setpoint)
     found = tracking(goal, state, _of_errors(roll), _of_errors(pitch), _of_errors(yaw))
     w_d = subtract(state.omega_b, found.rate_error)
     # R^T R_d Omega_d' alone: the source has no Omega x w_d

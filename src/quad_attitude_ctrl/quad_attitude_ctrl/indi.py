@@ -20,8 +20,7 @@ from quad_attitude_ctrl.rotation_filter import (
     RotationShaping,
     RotationState,
     as_angles,
-    at_rest,
-    goal_of,
+    filter_and_goal,
     next_rotation,
 )
 from quad_attitude_ctrl.torque import TorqueLimits, internals_of, limited_torque, torque_for
@@ -72,18 +71,16 @@ def step(
     """
     state = inputs.state
     omega_b = state.omega_b
-    command, acceleration, given = memory.filter, memory.acceleration, memory.torque
+    acceleration, given, shaping = memory.acceleration, memory.torque, parameters.shaping
+    command, goal = filter_and_goal(shaping, memory.filter, memory.initialised, state.q_wb, inputs.setpoint)
     if memory.initialised:
         acceleration = low_passed_twice(acceleration, slope(memory.omega_b, omega_b, dt), parameters.bandwidth, dt)
         given = low_passed_twice(given, inputs.actuation.torque_b, parameters.bandwidth, dt)
-    else:
-        command = at_rest(state.q_wb, inputs.setpoint)
-    goal = goal_of(parameters.shaping.command, command, inputs.setpoint)
     found = tracking(goal, state, parameters.roll, parameters.pitch, parameters.yaw)
     feedback, feed_forward = found.feedback, found.feed_forward
     missing = subtract(add(feed_forward, feedback), acceleration.second)
     torque = limited_torque(add(given.second, torque_for(vehicle, missing)), parameters.torque)
-    next_filter = next_rotation(parameters.shaping, command, inputs.setpoint, dt)
+    next_filter = next_rotation(shaping, command, inputs.setpoint, dt)
     rest = AxisFlags(False, False, False)
     internals = internals_of(as_angles(goal), found.angle_error, found.rate_error, feed_forward, feedback, torque, rest)
     next_memory = Memory(next_filter, omega_b, acceleration, given, True)

@@ -20,8 +20,7 @@ from quad_attitude_ctrl.rotation_filter import (
     RotationShaping,
     RotationState,
     as_angles,
-    at_rest,
-    goal_of,
+    filter_and_goal,
     next_rotation,
     swing_twist,
 )
@@ -102,8 +101,7 @@ def step(
     ``reaching_control`` the PID, both as body accelerations in rad/s^2.
     """
     setpoint, q_wb, omega_b = inputs.setpoint, inputs.state.q_wb, inputs.state.omega_b
-    filtered = memory.filter if memory.initialised else at_rest(q_wb, setpoint)
-    goal = goal_of(parameters.shaping.command, filtered, setpoint)
+    filtered, goal = filter_and_goal(parameters.shaping, memory.filter, memory.initialised, q_wb, setpoint)
     apart = relative_attitude(goal.attitude, q_wb)
     error = scale(-1.0, swing_twist(relative_attitude(q_wb, goal.attitude)))
     roll, pitch, yaw = parameters.roll, parameters.pitch, parameters.yaw

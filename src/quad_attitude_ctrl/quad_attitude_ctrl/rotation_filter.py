@@ -99,6 +99,14 @@ def goal_of(source: int, filtered: RotationState, setpoint: AttitudeThrust) -> G
     return Goal(filtered.attitude, filtered.rates, filtered.accelerations)
 
 
+def filter_and_goal(
+    shaping: RotationShaping, state: RotationState, is_initialised: bool, q_wb: Quat, setpoint: AttitudeThrust
+) -> tuple[RotationState, Goal]:
+    """Return the filter of this step, at rest at ``q_wb`` in the first one, and what the law follows."""
+    filtered = state if is_initialised else at_rest(q_wb, setpoint)
+    return filtered, goal_of(shaping.command, filtered, setpoint)
+
+
 def set_attitude(setpoint: AttitudeThrust) -> Quat:
     """Return the attitude of the setpoint as a unit quaternion, that of its angles where it names none."""
     q = setpoint.q_wb

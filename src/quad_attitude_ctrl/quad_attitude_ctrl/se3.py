@@ -17,8 +17,7 @@ from quad_attitude_ctrl.rotation_filter import (
     RotationShaping,
     RotationState,
     as_angles,
-    at_rest,
-    goal_of,
+    filter_and_goal,
     next_rotation,
 )
 from quad_attitude_ctrl.torque import TorqueLimits, internals_of, limited_torque, torque_for
@@ -61,8 +60,8 @@ def step(
     """
     state = inputs.state
     omega_b = state.omega_b
-    filtered = memory.filter if memory.initialised else at_rest(state.q_wb, inputs.setpoint)
-    goal = goal_of(parameters.shaping.command, filtered, inputs.setpoint)
+    shaping, setpoint = parameters.shaping, inputs.setpoint
+    filtered, goal = filter_and_goal(shaping, memory.filter, memory.initialised, state.q_wb, setpoint)
     found = tracking(goal, state, parameters.roll, parameters.pitch, parameters.yaw)
     feedback, feed_forward = found.feedback, found.feed_forward
     gyroscopic = cross(omega_b, torque_for(vehicle, omega_b))
