@@ -12,11 +12,11 @@ bounds each component. Written for a world with z up; gains are divided by the m
 from typing import Annotated, NamedTuple
 
 from quad_core.geometry import ZERO, clamp, subtract
-from quad_core.parameters import Real, Value
+from quad_core.parameters import Real
 from quad_core.types import AttitudeThrust, PositionInputs, PositionInternals, Vec3
 from quad_core.vehicle import Vehicle
 from quad_position_ctrl.se3 import pointed, shown, tracking
-from quad_position_ctrl.setpoint import AntiWindup, FeedForward, LiftLimits, integrals_frozen
+from quad_position_ctrl.setpoint import AntiWindup, FeedForward, LiftLimits, integrals_frozen, slow_presets
 from quad_position_ctrl.speed_limit import SpeedLimits
 
 Internals = PositionInternals
@@ -84,11 +84,4 @@ def step(
     return setpoint, Memory(after), shown(found, inputs, command, part, thrust, frozen)
 
 
-def _both(**gains: float) -> dict[str, Value]:
-    return {f"{axes}.{name}": value for axes in ("xy", "z") for name, value in gains.items()}
-
-
-_SLOW = _both(position=10.0, velocity=5.0, integral=10.0, mixing=2.5)
-
-PRESETS: dict[str, dict[str, Value]] = {"tuned": {}, "x500": _SLOW, "crazyflie21": _SLOW}
-"""For a state 20 ms (x500) or 15 ms late and noisy, predicted, and rotors that lag: by hand on seed 1, not tuned."""
+PRESETS = slow_presets(position=10.0, velocity=5.0, integral=10.0, mixing=2.5)

@@ -19,11 +19,11 @@ velocity over the last step, as no topic carries an accelerometer.
 from typing import Annotated, NamedTuple
 
 from quad_core.geometry import ZERO, TwoLags, add, body_z, low_passed_twice, scale, slope, subtract
-from quad_core.parameters import Real, Value
+from quad_core.parameters import Real
 from quad_core.types import AttitudeThrust, PositionInputs, PositionInternals, Vec3
 from quad_core.vehicle import DragSign, Vehicle
 from quad_position_ctrl.se3 import pointed, shown, tracking
-from quad_position_ctrl.setpoint import FeedForward, LiftLimits, drag_model
+from quad_position_ctrl.setpoint import FeedForward, LiftLimits, drag_model, slow_presets
 from quad_position_ctrl.speed_limit import SpeedLimits
 
 Internals = PositionInternals
@@ -102,11 +102,4 @@ def known(vehicle: Vehicle, thrust: float, both_axes: Vec3, velocity: Vec3) -> V
     return add(scale(lift, both_axes), add(scale(drag, velocity), Vec3(0.0, 0.0, -vehicle.gravity)))
 
 
-def _both(**gains: float) -> dict[str, Value]:
-    return {f"{axes}.{name}": value for axes in ("xy", "z") for name, value in gains.items()}
-
-
-_SLOW = _both(position=14.0, velocity=5.0, acceleration=0.2)
-
-PRESETS: dict[str, dict[str, Value]] = {"tuned": {}, "x500": _SLOW, "crazyflie21": _SLOW}
-"""For a state 20 ms (x500) or 15 ms late and noisy, predicted, and rotors that lag: by hand on seed 1, not tuned."""
+PRESETS = slow_presets(position=14.0, velocity=5.0, acceleration=0.2)

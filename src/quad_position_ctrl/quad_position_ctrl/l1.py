@@ -17,12 +17,12 @@ import math
 from typing import Annotated, NamedTuple
 
 from quad_core.geometry import ZERO, add, body_z, clamp, low_passed, scale, subtract
-from quad_core.parameters import Real, Value
+from quad_core.parameters import Real
 from quad_core.types import AttitudeThrust, PositionInputs, PositionInternals, Vec3
 from quad_core.vehicle import Vehicle
 from quad_position_ctrl.indi import known
 from quad_position_ctrl.se3 import Gains, pointed, shown, tracking
-from quad_position_ctrl.setpoint import FeedForward, LiftLimits
+from quad_position_ctrl.setpoint import FeedForward, LiftLimits, slow_presets
 from quad_position_ctrl.speed_limit import SpeedLimits
 
 Internals = PositionInternals
@@ -88,11 +88,4 @@ def adapted(parameters: Parameters, miss: Vec3, dt: float) -> Vec3:
     )
 
 
-def _both(**gains: float) -> dict[str, Value]:
-    return {f"{axes}.{name}": value for axes in ("xy", "z") for name, value in gains.items()}
-
-
-_SLOW = {"bandwidth": 8.0, **_both(position=14.0, velocity=5.0)}
-
-PRESETS: dict[str, dict[str, Value]] = {"tuned": {}, "x500": _SLOW, "crazyflie21": _SLOW}
-"""For a state 20 ms (x500) or 15 ms late and noisy, predicted, and rotors that lag: by hand on seed 1, not tuned."""
+PRESETS = slow_presets({"bandwidth": 8.0}, position=14.0, velocity=5.0)

@@ -14,7 +14,7 @@ from enum import IntEnum
 from typing import Annotated, NamedTuple
 
 from quad_core.geometry import ZERO, clamp, dot, norm, quaternion_from_euler, rotated_by_vector, wrap_angle
-from quad_core.parameters import Flag, Real
+from quad_core.parameters import Flag, Real, Value
 from quad_core.types import Actuation, AttitudeThrust, PositionInternals, TrajectoryPoint, Vec3
 from quad_core.vehicle import DragSign, Vehicle, max_thrust
 from quad_position_ctrl.flatness import angle_derivatives
@@ -266,3 +266,14 @@ def internals_of(
         descent_limited=thrust.lift.descent_limited,
         adaptation_frozen=frozen,
     )
+
+
+def slow_presets(also: dict[str, Value] | None = None, **gains: float) -> dict[str, dict[str, Value]]:
+    """Return ``PRESETS`` of a law with ``gains`` for both axes (``xy``, ``z``), and what is ``also`` set.
+
+    They are for a state 20 ms (x500) or 15 ms late and noisy, predicted, and rotors that lag: by hand on seed 1, not
+    tuned.
+    """
+    both: dict[str, Value] = {f"{axes}.{name}": value for axes in ("xy", "z") for name, value in gains.items()}
+    slow = {**(also or {}), **both}
+    return {"tuned": {}, "x500": slow, "crazyflie21": slow}
