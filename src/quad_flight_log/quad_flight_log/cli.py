@@ -163,7 +163,7 @@ def _replay(options: argparse.Namespace) -> int:
 
 
 def _shadow(options: argparse.Namespace) -> int:
-    """Print what a pair of laws would have commanded on a flight, beside what was flown, and what that betrays.
+    """Print what a pair of laws would have commanded on a flight, next to what was flown, and what that betrays.
 
     The laws that flew are the default, or those of the nodes; another law starts from its defaults. The memory is
     carried from the first step on, and begun anew every second. A bag of others needs --vehicle.
@@ -188,7 +188,7 @@ def _shadow(options: argparse.Namespace) -> int:
 
 
 def _refly(options: argparse.Namespace) -> int:
-    """Fly the commands of a flight again, each second from the recorded state: how far open loop may be believed.
+    """Fly the commands of a flight again, each second from the recorded state: how far open loop holds.
 
     The vehicle is the recorded one, or that of --vehicle; a bag of others needs it.
 

@@ -135,7 +135,7 @@ def test_an_imported_flight_has_a_shadow_and_goes_on_from_its_states(calm, tmp_p
     assert main(["shadow", str(bag), *vehicle, "--position", "aibs", "--attitude", "abfnitsm"]) == 0
     said = capsys.readouterr().out
     assert "left out: 0.0 s without a reference" in said
-    assert "open loop may be believed for" in said
+    assert "open loop holds for" in said
     times, torque, _ = shadow(open_flight(bag), {}, {"vehicle.mass": 0.56}, anew=False).axes["torque x"]
     made = calm.result.topics["actuation"]["torque_b"][np.round(times / 0.002).astype(int), 0]
     assert torque == pytest.approx(made, abs=1e-9)

@@ -168,7 +168,7 @@ class InputWatch:
 
     def note_state(self) -> None:
         """Note that a state was published."""
-        if self._limits:  # else nobody is watched, as in lockstep
+        if self._limits:  # else no node is watched, as in lockstep
             self._asked_at = self._clock()
 
     def silent(self) -> str:

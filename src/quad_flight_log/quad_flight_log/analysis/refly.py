@@ -1,4 +1,4 @@
-"""How far open loop may be believed: the plant under the commands that were flown, begun anew from recorded states.
+"""How far open loop holds: the plant under the commands that were flown, begun anew from recorded states.
 
 Each second of flight the plant ``rigid_body`` of a vehicle starts at the recorded state and runs for a second. Rotors
 keep their speed from one second to the next. Beside it stands the prediction of no model: velocity, attitude and rates
@@ -31,7 +31,7 @@ from quad_flight_log.report.text import aligned
 
 HORIZONS = (0.1, 0.5, 1.0)  # s
 BOUNDS = {"position": 0.1, "attitude": np.radians(5.0)}
-"""RMS errors, m and rad, up to which open loop is believed."""
+"""RMS errors, m and rad, up to which open loop holds."""
 IDLE = 0.3  # of the weight: below it the vehicle stands, or the motors are off
 LONGEST_GAP = 5  # times the usual step: a longer one ends a second
 UNITS = {
@@ -115,7 +115,7 @@ class Refly(NamedTuple):
         return float(self.times[above[0] - 1] if above[0] else 0.0) if len(above) else None
 
     def text(self) -> str:
-        """Return the table, and how far the model may be believed."""
+        """Return the table, and how far the model holds."""
         rows = [["error, RMS", "unit", *(f"{end:g} s" for end in HORIZONS), *(f"held {end:g} s" for end in HORIZONS)]]
         at = [int(np.argmin(np.abs(self.times - end))) for end in HORIZONS]
         for column, (quantity, (unit, factor)) in enumerate(UNITS.items()):
@@ -125,13 +125,13 @@ class Refly(NamedTuple):
         return "\n".join([aligned(rows, range(2, 8)), f"over {self.seconds} seconds of flight{left}", self.horizon()])
 
     def horizon(self) -> str:
-        """Return the sentence that says how far open loop may be believed."""
+        """Return the sentence that says how far open loop holds."""
         parts = []
         for quantity, bound in BOUNDS.items():
             end, (unit, factor) = self.trusted(quantity), UNITS[quantity]
             reach = f"{end:.2f} s" if end is not None else f"{self.times[-1]:.1f} s and more"
             parts.append(f"{reach} by {quantity} ({factor * bound:.3g} {unit} RMS)")
-        return f"open loop may be believed for {', '.join(parts)}"
+        return f"open loop holds for {', '.join(parts)}"
 
 
 def refly(flight: Flight, values: dict[str, Value]) -> Refly:

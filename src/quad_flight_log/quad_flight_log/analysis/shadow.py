@@ -1,4 +1,4 @@
-"""What another pair of laws would have commanded on a recorded flight, beside what was flown, axis by axis.
+"""What another pair of laws would have commanded on a recorded flight, next to what was flown, axis by axis.
 
 The position law answers the recorded states and references, the attitude law the set points of that position law. On
 bags of ours each step is that of the node (``replay``); on imported ones both laws answer every state with a reference.
@@ -46,7 +46,7 @@ Numbers = dict[str, tuple[Any, Any]]
 
 
 class Beside(NamedTuple):
-    """A pair beside a flight. ``axes``: {axis: (times s, flown, shadow)}, ``saturated``: {axis: share of the steps}.
+    """Laws and a flight. ``axes``: {axis: (times s, flown, shadow)}, ``saturated``: {axis: share of the steps}.
 
     ``weight`` in N. ``equal``: whether every bit of the recorded answers was given again.
     """
