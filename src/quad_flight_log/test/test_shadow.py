@@ -140,7 +140,7 @@ def test_an_imported_flight_has_a_shadow_and_goes_on_from_its_states(calm, tmp_p
     made = calm.result.topics["actuation"]["torque_b"][np.round(times / 0.002).astype(int), 0]
     assert torque == pytest.approx(made, abs=1e-9)
     assert main(["refly", str(bag), *vehicle]) == 0
-    assert "believed for 1.0 s and more by position" in capsys.readouterr().out
+    assert "holds for 1.0 s and more by position" in capsys.readouterr().out
 
 
 def test_the_plant_goes_on_as_the_flight_did(calm, tmp_path):
