@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from guard_cases import DT, HOVER, Owner, flying, leaning, no_state, silent
+from guard_cases import DT, HOVER, VEHICLE, Owner, flying, leaning, no_state, silent
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -233,6 +233,24 @@ def test_an_attitude_that_returns_after_a_gap_is_believed_however_it_has_turned(
     owner.run(0.2, sample=turned(0.0, 0.6))
     assert owner.events == [(250 + 50, GuardMode.DESCEND, GuardReason.STATE_LOST)]
     assert owner.memory.estimate.state.q_wb == owner.memory.estimate.sample.q_wb
+
+
+def test_an_attitude_that_is_carried_on_turns_with_the_body_rates():
+    owner = Owner()
+    owner.run(0.5)
+    attitude = quaternion_from_euler(Vec3(0.0, 0.0, 2.0))
+    owner.run(0.4, sample=lambda it: it.sample(flying(x=it.step * DT, rates=(0.0, 0.0, 0.5))._replace(q_wb=attitude)))
+    assert owner.memory.estimate.state.q_wb.z == pytest.approx(math.sin(0.1), abs=0.015)  # half of 0.2 rad
+
+
+def test_a_torque_that_no_wrench_explains_is_known_and_kept_over_a_gap():
+    owner = Owner()
+    owner.run(1.0, sample=lambda it: it.good_sample(rates=(it.step * DT, 0.0, 0.0)))
+    known = owner.memory.unknown.torque
+    assert known.x == pytest.approx(VEHICLE.inertia_xx * 1.0, rel=0.01)
+    owner.run(0.3, sample=no_state)
+    owner.once(sample=owner.good_sample(rates=(-1.0, 0.0, 0.0)))
+    assert owner.memory.unknown.torque == known
 
 
 def test_a_second_jump_and_one_while_descending_change_nothing():
