@@ -1,5 +1,6 @@
 """What needs no ROS, installed by pip into an environment of its own: a flight, compiled, and a bag read."""
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -31,7 +32,9 @@ def run(figures):
     environment = figures.folder / "environment"
     subprocess.run([sys.executable, "-m", "venv", environment], check=True)
     python = environment / "bin" / "python"
-    paths = [ROOT / f"src/quad_{name}" for name in PACKAGES]
+    paths = [figures.folder / f"quad_{name}" for name in PACKAGES]
+    for path in paths:  # pip builds where the package lies
+        shutil.copytree(ROOT / "src" / path.name, path)
     subprocess.run(
         [python, "-m", "pip", "install", "-q", "--disable-pip-version-check", "numba", "scipy", *paths], check=True
     )

@@ -9,7 +9,7 @@ from scipy.stats import norm
 
 from quad_core.cycle import seconds
 from quad_core.types import Conditions
-from quad_dynamics import calm, held_gaussian
+from quad_dynamics import held_gaussian, no_disturbance
 from quad_dynamics.held_gaussian import Parameters
 
 INERTIA = np.array([1.3, 1.3, 1.3, 0.011, 0.017, 0.026])
@@ -88,7 +88,7 @@ def test_outside_the_table_the_nearest_row_acts_and_numbers_are_floats():
 
 
 def test_calm_is_nothing():
-    table = calm.draw(calm.Parameters(), ASYMMETRIC, 1, 10.0)
+    table = no_disturbance.draw(no_disturbance.Parameters(), ASYMMETRIC, 1, 10.0)
     assert table.shape == (1, 6)
     assert not table.any()
-    assert calm.sample(calm.Parameters(), table, 5.0) == Conditions()
+    assert no_disturbance.sample(no_disturbance.Parameters(), table, 5.0) == Conditions()

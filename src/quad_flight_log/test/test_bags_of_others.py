@@ -19,6 +19,8 @@ from quad_flight_log.analysis.tables import measured
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import TopicError
 
+RUN = 20
+"""Where flight/state has its run: after the head, a stamp of 8 bytes and a step of 8."""
 EPOCH = 1_700_000_000_000_000_000
 
 
@@ -196,8 +198,12 @@ def test_a_bag_with_an_end_whose_path_stops_before_it_is_cut(flown_bag, tmp_path
 def test_two_flights_in_one_bag_are_measured_and_replayed_by_nobody(flown_bag, tmp_path, capsys):
     """``ros2 bag record`` over two flights in one domain: each topic goes on with the second one."""
     sent = other_recorders.received(flown_bag)
-    other = [one._replace(data=one.data.replace(b"test", b"rest")) for one in sent if one.topic == "/flight/state"]
-    path = other_recorders.in_one_file(tmp_path / "two.mcap", [*sent, *other])
+    states = [one for one in sent if one.topic == "/flight/state"]
+    runs = [
+        one._replace(data=one.data[:RUN] + mark + one.data[RUN + 4 :]) for mark in (b"1111", b"2222") for one in states
+    ]
+    sent = [one for one in sent if one.topic != "/flight/state"]
+    path = other_recorders.in_one_file(tmp_path / "two.mcap", [*sent, *runs])
     for command in ("metrics", "replay", "check", "hash", "report"):
         assert cli.main([command, str(path)]) == 1
         shown = capsys.readouterr().out + ((tmp_path / "report.html").read_text() if command == "report" else "")

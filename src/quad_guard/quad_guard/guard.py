@@ -46,7 +46,7 @@ REASONS: dict[int, str] = {
 }
 SETTLE_TIME, RELEASE_COSINE = 0.2, math.cos(math.radians(30.0))
 """The controllers get the vehicle back after so many s with good commands and states, and below a tilt of 30 deg."""
-SPIN_RATE, SPIN_TIME = 10.0, 0.03
+SPIN_RATE, SPIN_TIME = 15.0, 0.03
 """Nothing asks for a yaw rate of so many rad/s for so many s: a rotor is weak, and the law's yaw torque is too."""
 
 

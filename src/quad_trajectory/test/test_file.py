@@ -124,7 +124,7 @@ def test_a_path_beyond_the_limits_or_off_its_positions_is_refused_by_line(tmp_pa
     with pytest.raises(ValueError, match=r"plan.csv line \d+: the path has to be 2\.\d+ times as slow"):
         planned(path, speed=2.0)
     rows[500, 1] += 0.6
-    with pytest.raises(ValueError, match=r"plan.csv line 502: the smooth path is 0\.\d+ m beside"):
+    with pytest.raises(ValueError, match=r"plan.csv line 502: the smooth path is 0\.\d+ m away"):
         planned(written(tmp_path / "plan.csv", rows.tolist()))
 
 

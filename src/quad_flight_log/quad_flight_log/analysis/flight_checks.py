@@ -100,10 +100,12 @@ def whole_file(flown: Flown) -> str:
 
 
 def run_ids(flown: Flown) -> str:
-    """Name the runs of the bag if there are two or more; an empty id is no run."""
+    """Name the runs of the bag if there are two or more, by their numbers where no id tells them; 0 is no run."""
     known = {flown.flight.metadata.get("run_id", "")}
     known |= {str(row["run_id"]) for row in rows_of(flown.flight, "flight/nodes", ("run_id",))}
     known.discard("")
+    if len(known) < 2:
+        known = {str(row["run"]) for row in rows_of(flown.flight, "flight/state", ("run",))} - {"0"}
     return f"messages of {len(known)} runs: {', '.join(map(repr, sorted(known)))}" if len(known) > 1 else ""
 
 
