@@ -5,8 +5,11 @@ import sys
 import time
 
 import flying
+import pytest
 
 from quad_bringup.domains import reserved_domain
+
+pytestmark = pytest.mark.wall_clock
 
 NEW_NODES, ANNOUNCEMENT = 8, 0.5
 

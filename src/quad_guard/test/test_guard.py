@@ -283,7 +283,7 @@ def test_tilt_is_borne_for_its_time_only(degrees, height, expected):
 
 
 @pytest.mark.parametrize(
-    ("rate", "seconds", "reason"), [(9.9, 1.0, None), (-10.1, 0.028, None), (-10.1, 0.034, GuardReason.SPIN)]
+    ("rate", "seconds", "reason"), [(14.9, 1.0, None), (-15.1, 0.028, None), (-15.1, 0.034, GuardReason.SPIN)]
 )
 def test_a_vehicle_that_spins_is_not_the_controllers_to_fly(rate, seconds, reason):
     owner = Owner()
