@@ -66,6 +66,7 @@ def unit_tests(figures):
         "-m",
         "pytest",
         "-q",
+        "--ignore-glob=*_node.py",
         "-p",
         "no:cacheprovider",
         "-c",
