@@ -19,14 +19,13 @@ from numpy.typing import NDArray
 from quad_core.geometry import norm
 from quad_core.parameters import ParameterError, Real, Text
 from quad_core.types import TrajectoryPoint, VehicleState
-from quad_core.vehicle import Vehicle, max_thrust
+from quad_core.vehicle import Vehicle
 from quad_trajectory.approach import Approach, Entry, Start, plan_approach, sample_approach
 from quad_trajectory.limits import MotionLimits
 from quad_trajectory.minimum_snap import COEFFICIENTS, FIRST_COEFFICIENT, Table, axes_of, axis_at
 from quad_trajectory.polynomial import AxisPoint, at_rest, point, septic
-from quad_trajectory.time_allocation import PathLimits, sample_factors
+from quad_trajectory.time_allocation import path_limits, sample_factors
 from quad_trajectory.waypoint_text import FARTHEST
-from quad_trajectory.waypoints import MIN_THRUST
 
 NEEDED = ("t", "x", "y", "z")
 OPTIONAL = ("yaw", "vx", "vy", "vz", "ax", "ay", "az")
@@ -104,17 +103,7 @@ def plan(parameters: Parameters, vehicle: Vehicle, start: VehicleState) -> Plan:
 
 def refuse_beyond_limits(parameters: Parameters, vehicle: Vehicle, rows: Rows, path: Table) -> None:
     """Raise ValueError naming the line at which the path asks for most, if that is beyond the limits."""
-    gravity, strongest = vehicle.gravity, parameters.thrust * max_thrust(vehicle) / vehicle.mass
-    if strongest <= 1.01 * gravity:
-        raise ValueError("file.thrust: the thrust limit of the path does not carry the vehicle's weight")
-    limits = PathLimits(
-        parameters.speed,
-        strongest,
-        MIN_THRUST * gravity,
-        math.tan(parameters.tilt),
-        parameters.body_rate,
-        gravity,
-    )
+    limits = path_limits("file", parameters, vehicle)
     x, y, z = axes_of(path[:, : FIRST_COEFFICIENT + 3 * COEFFICIENTS], SAMPLES)
     factors = sample_factors(x, y, z, limits)
     segment, sample = divmod(int(factors.argmax()), SAMPLES + 1)

@@ -6,10 +6,11 @@ use the limits alike; then the whole path is slowed down until every sample keep
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from quad_core.vehicle import Vehicle, max_thrust
 from quad_trajectory.limits import MotionLimits, turn_duration
 from quad_trajectory.minimum_snap import Table, axes_of, solved_path
 from quad_trajectory.polynomial import AxisPoint
@@ -24,6 +25,9 @@ ACCEPTED = 0.997
 
 SLOWING_TRIES = 100
 
+MIN_THRUST = 0.2
+"""Least thrust of a path over the weight: a vehicle that falls freely cannot turn its thrust."""
+
 
 class PathLimits(NamedTuple):
     """Speed m/s, specific thrust at most and at least m/s^2, tangent of tilt, body rate rad/s, gravity m/s^2."""
@@ -34,6 +38,25 @@ class PathLimits(NamedTuple):
     tilt_tangent: float
     body_rate: float
     gravity: float
+
+
+def path_limits(name: str, parameters: Any, vehicle: Vehicle) -> PathLimits:
+    """Return the limits that trajectory ``name`` sets by its parameters speed, thrust, tilt and body_rate.
+
+    Raises ValueError if the thrust limit is below the weight.
+    """
+    gravity = vehicle.gravity
+    specific_thrust = parameters.thrust * max_thrust(vehicle) / vehicle.mass
+    if specific_thrust <= 1.01 * gravity:
+        raise ValueError(f"{name}.thrust: the thrust limit of the path does not carry the vehicle's weight")
+    return PathLimits(
+        parameters.speed,
+        specific_thrust,
+        MIN_THRUST * gravity,
+        math.tan(parameters.tilt),
+        parameters.body_rate,
+        gravity,
+    )
 
 
 def allocated_path(points: Table, limits: PathLimits, turns: MotionLimits) -> Table:

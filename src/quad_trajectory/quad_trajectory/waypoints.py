@@ -6,21 +6,17 @@ The times t_i follow from the limits (``time_allocation``). The heading turns sm
 waypoint is reached by an approach, at the last one the vehicle stays.
 """
 
-import math
 from typing import Annotated, NamedTuple
 
 from quad_core.parameters import Real, Text
 from quad_core.types import TrajectoryPoint, VehicleState
-from quad_core.vehicle import Vehicle, max_thrust
+from quad_core.vehicle import Vehicle
 from quad_trajectory.approach import Approach, Entry, Start, plan_approach, sample_approach
 from quad_trajectory.limits import MotionLimits
 from quad_trajectory.minimum_snap import Table, axis_at
 from quad_trajectory.polynomial import at_rest, point, smooth_step
-from quad_trajectory.time_allocation import PathLimits, allocated_path
+from quad_trajectory.time_allocation import allocated_path, path_limits
 from quad_trajectory.waypoint_text import long_turns, read_points
-
-MIN_THRUST = 0.2
-"""Least thrust of a path over the weight: a vehicle that falls freely cannot turn its thrust."""
 
 
 class Parameters(NamedTuple):
@@ -64,22 +60,10 @@ def plan(parameters: Parameters, vehicle: Vehicle, start: VehicleState) -> Plan:
 
     Raises ValueError if the thrust limit is below the weight, or nothing keeps the limits.
     """
-    gravity = vehicle.gravity
-    specific_thrust = parameters.thrust * max_thrust(vehicle) / vehicle.mass
-    if specific_thrust <= 1.01 * gravity:
-        raise ValueError("waypoints.thrust: the thrust limit of the path does not carry the vehicle's weight")
-    points = read_points(parameters.points)
-    path_limits = PathLimits(
-        parameters.speed,
-        specific_thrust,
-        MIN_THRUST * gravity,
-        math.tan(parameters.tilt),
-        parameters.body_rate,
-        gravity,
-    )
-    path = allocated_path(points, path_limits, parameters.limits)
+    limits = path_limits("waypoints", parameters, vehicle)
+    path = allocated_path(read_points(parameters.points), limits, parameters.limits)
     last = len(path) - 1
-    approach = plan_approach(parameters.start, parameters.limits, gravity, start, along(path, 0.0))
+    approach = plan_approach(parameters.start, parameters.limits, vehicle.gravity, start, along(path, 0.0))
     return Plan(approach, path, float(path[last, 0]) + float(path[last, 1]))
 
 
