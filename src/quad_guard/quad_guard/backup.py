@@ -22,6 +22,7 @@ The law shares no text with the controllers, so that no mistake of theirs can be
 """
 
 import math
+from enum import IntEnum
 from typing import NamedTuple
 
 from quad_core.cycle import BODY_RATE_BOUND
@@ -54,8 +55,15 @@ OFF_TRIM = 0.04
 UNSEEN_ACCELERATION, WIDEST = 2.0 / 3.0, math.radians(70.0)
 """rad/s^2 that turn a vehicle unseen (one standard deviation of the paper's), and the tilt in rad that ends thrust."""
 
-SEES, NO_HEADING, TURNS, BLIND = range(4)
-"""What is seen: all; all but the heading; the attitude alone, by body rates; nothing but the prediction."""
+
+class Sight(IntEnum):
+    """What is seen of the vehicle, most first."""
+
+    SEES = 0
+    NO_HEADING = 1  # all but the heading
+    TURNS = 2  # the attitude alone, by body rates
+    BLIND = 3  # nothing but the prediction
+
 
 LARGEST_LIFT = 0.4
 """Bound of the vertical integral over gravity."""
@@ -66,7 +74,7 @@ RESTING_RAMP = 0.25
 
 
 class Known(NamedTuple):
-    """What is known: ``sight``, SEES to BLIND, and the age of the newest body rate, ``unseen`` in s.
+    """What is known: ``sight`` (``Sight``), and the age of the newest body rate, ``unseen`` in s.
 
     ``torque``: in N m, that no wrench explains; ``strength``: what a thrust gives over what it should give;
     ``thrust``: the last one in N.
@@ -103,14 +111,14 @@ def descend(
 ) -> tuple[Wrench, Descent]:
     """Return the wrench of one step of ``dt`` s and the next memory; ``height`` in m above the ground."""
     sight = known.sight
-    if memory.stopped or (sight == BLIND and 0.5 * UNSEEN_ACCELERATION * known.unseen * known.unseen > WIDEST):
+    if memory.stopped or (sight == Sight.BLIND and 0.5 * UNSEEN_ACCELERATION * known.unseen * known.unseen > WIDEST):
         return Wrench(0.0, ZERO), memory
-    knows_velocity = sight <= NO_HEADING
+    knows_velocity = sight <= Sight.NO_HEADING
     up, direction, lift = body_z(state.q_wb), Vec3(0.0, 0.0, 1.0), memory.lift
-    if not NO_HEADING <= sight <= TURNS:
+    if not Sight.NO_HEADING <= sight <= Sight.TURNS:
         direction = desired_direction(vehicle, state)
     thrust = BLIND_THRUST * vehicle.mass * vehicle.gravity
-    if sight != TURNS:
+    if sight != Sight.TURNS:
         thrust, lift = descent_thrust(vehicle, lift, state, height, known, up.z, dt)
     torque = level_torque(vehicle, state, up, direction)
     rest_time, ramp, stopped = contact(rule, memory, state, height, knows_velocity, dt)
@@ -152,8 +160,8 @@ def descent_thrust(
     weight, mass, fall = vehicle.mass * vehicle.gravity, vehicle.mass / known.strength, -state.v_w.z
     low, high = LOWEST_THRUST * weight, THRUST_SHARE * max_thrust(vehicle)
     left, braking, bandwidth = max(height - TOUCH_HEIGHT, LEAST_WAY), 0.0, VERTICAL_BANDWIDTH
-    sinking = sink_speed(state) if known.sight == SEES else DESCENT_SPEED
-    if known.sight == BLIND:
+    sinking = sink_speed(state) if known.sight == Sight.SEES else DESCENT_SPEED
+    if known.sight == Sight.BLIND:
         # a weak rotor's torque goes with its thrust: what was known of it holds at the thrust of before
         off_trim = norm(known.torque) > OFF_TRIM * 0.25 * weight * vehicle.arm_length
         low = min(known.thrust, mass * vehicle.gravity) if off_trim else FALLING_THRUST * weight
@@ -169,7 +177,7 @@ def descent_thrust(
     vertical = vehicle.gravity + braking + bandwidth * error + lift
     thrust = mass * vertical / (cosine if cosine > LEAST_COSINE else LEAST_COSINE)
     bounded = clamp(thrust, low, high)
-    if bounded == thrust and known.sight != BLIND:
+    if bounded == thrust and known.sight != Sight.BLIND:
         bound = LARGEST_LIFT * vehicle.gravity
         lift = clamp(lift + dt * VERTICAL_INTEGRAL * error, -bound, bound)
     return bounded, lift

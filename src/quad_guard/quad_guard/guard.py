@@ -25,7 +25,7 @@ from quad_core.geometry import ZERO, scale
 from quad_core.guard_parameters import GuardParameters
 from quad_core.types import GuardStatus, Vec3, Wrench
 from quad_core.vehicle import Vehicle
-from quad_guard.backup import BLIND, FRESH_DESCENT, NO_HEADING, SEES, TURNS, Descent, Known, descend
+from quad_guard.backup import FRESH_DESCENT, Descent, Known, Sight, descend
 from quad_guard.checks import StateSample, WrenchCommand, command_refusal, is_on_ground
 from quad_guard.state import NO_ESTIMATE, Estimate, Refusals, is_full, is_gone, is_misled, observe, with_belief
 from quad_guard.unknown_torque import NO_UNKNOWN_TORQUE, UnknownTorque, advanced, estimated
@@ -201,11 +201,11 @@ def fly(
     if mode == GuardMode.KILL:
         return Wrench(0.0, ZERO), memory.descent
     descent = memory.descent if memory.mode == GuardMode.DESCEND else FRESH_DESCENT
-    sight = BLIND
+    sight = Sight.BLIND
     if estimate.step >= 0 and state_age <= parameters.state.lost_age:
-        sight = SEES if estimate.knows_heading else NO_HEADING
+        sight = Sight.SEES if estimate.knows_heading else Sight.NO_HEADING
     elif rate_age <= parameters.state.blind_age or estimate.step < 0:
-        sight = TURNS
+        sight = Sight.TURNS
     return descend(
         parameters.contact,
         vehicle,

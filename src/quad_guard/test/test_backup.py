@@ -10,7 +10,7 @@ from quad_core.geometry import quaternion_from_euler
 from quad_core.guard_parameters import ContactRule
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
-from quad_guard.backup import BLIND, NO_HEADING, SEES, TURNS, Descent, Known, descend, predict
+from quad_guard.backup import Descent, Known, Sight, descend, predict
 
 RULE, VEHICLE = ContactRule(), Vehicle()
 WEIGHT = 0.56 * 9.8
@@ -23,7 +23,7 @@ def state(height=5.0, v=(0.0, 0.0, 0.0), angles=(0.0, 0.0, 0.0), omega=(0.0, 0.0
     return VehicleState(Vec3(0.0, 0.0, height), Vec3(*v), quaternion_from_euler(Vec3(*angles)), Vec3(*omega))
 
 
-def wrench(sight=SEES, memory=FRESH, vehicle=VEHICLE, known=(), **changes):
+def wrench(sight=Sight.SEES, memory=FRESH, vehicle=VEHICLE, known=(), **changes):
     seen = state(**changes)
     known = Known(sight, 0.2, NONE, 1.0, WEIGHT)._replace(**dict(known))
     return descend(RULE, vehicle, memory, seen, seen.p_w.z, known, 0.002)[0]
@@ -33,16 +33,16 @@ def wrench(sight=SEES, memory=FRESH, vehicle=VEHICLE, known=(), **changes):
     ("angles", "sign"), [((0.3, 0.0, 0.0), (-1, 0)), ((0.0, 0.3, 0.0), (0, -1)), ((-3.0, 0.0, 0.0), (1, 0))]
 )
 def test_the_torque_turns_back_to_level(angles, sign):
-    torque = wrench(TURNS, angles=angles).torque_b
+    torque = wrench(Sight.TURNS, angles=angles).torque_b
     assert (round(torque.x, 9) > 0) - (round(torque.x, 9) < 0) == sign[0]
     assert (round(torque.y, 9) > 0) - (round(torque.y, 9) < 0) == sign[1]
 
 
 def test_the_torque_is_the_stated_one():
     # J w^2 sin(0.3) and J 2 D w p with J = 3.5e-3, w = 8, D = 0.9; yaw: J_zz 3 r
-    assert wrench(TURNS, angles=(0.3, 0.0, 0.0)).torque_b.x == pytest.approx(-3.5e-3 * 64.0 * math.sin(0.3))
-    assert wrench(TURNS, omega=(1.0, 0.0, 0.0)).torque_b.x == pytest.approx(-3.5e-3 * 14.4)
-    assert wrench(TURNS, omega=(0.0, 0.0, 1.0)).torque_b.z == pytest.approx(-7e-3 * 3.0)
+    assert wrench(Sight.TURNS, angles=(0.3, 0.0, 0.0)).torque_b.x == pytest.approx(-3.5e-3 * 64.0 * math.sin(0.3))
+    assert wrench(Sight.TURNS, omega=(1.0, 0.0, 0.0)).torque_b.x == pytest.approx(-3.5e-3 * 14.4)
+    assert wrench(Sight.TURNS, omega=(0.0, 0.0, 1.0)).torque_b.z == pytest.approx(-7e-3 * 3.0)
 
 
 @pytest.mark.parametrize("sight", range(4))
@@ -51,7 +51,7 @@ def test_an_unknown_torque_is_taken_off_whatever_is_seen(sight):
 
 
 def test_upside_down_it_turns_too():
-    assert abs(wrench(TURNS, angles=(math.pi, 0.0, 0.0)).torque_b.x) > 0.1
+    assert abs(wrench(Sight.TURNS, angles=(math.pi, 0.0, 0.0)).torque_b.x) > 0.1
 
 
 def test_it_leans_against_the_velocity_and_sinks_slowly_while_fast():
@@ -64,17 +64,17 @@ def test_it_leans_against_the_velocity_and_sinks_slowly_while_fast():
 
 
 def test_without_a_heading_it_stays_level_and_sinks_at_once():
-    fast = wrench(NO_HEADING, v=(4.0, 2.0, 0.0))
+    fast = wrench(Sight.NO_HEADING, v=(4.0, 2.0, 0.0))
     assert fast.torque_b == NONE
     assert fast.thrust == pytest.approx(0.56 * (9.8 - 4.0 * 0.8))
 
 
 def test_without_velocity_it_thrusts_a_little_less_than_the_weight():
-    assert wrench(TURNS, v=(3.0, 3.0, -9.0)).thrust == pytest.approx(0.94 * WEIGHT)
+    assert wrench(Sight.TURNS, v=(3.0, 3.0, -9.0)).thrust == pytest.approx(0.94 * WEIGHT)
 
 
 def braked(height, speed, **changes):
-    return wrench(BLIND, height=0.1 + height, v=(0.0, 0.0, -speed), **changes).thrust
+    return wrench(Sight.BLIND, height=0.1 + height, v=(0.0, 0.0, -speed), **changes).thrust
 
 
 def test_without_any_state_it_falls_and_brakes_in_the_height_that_is_left():
@@ -90,7 +90,7 @@ def test_without_any_state_it_falls_and_brakes_in_the_height_that_is_left():
     # below the height that it aims at it goes on sinking; upside down there is none
     assert braked(-0.05, 0.8) == pytest.approx(WEIGHT)
     assert braked(0.1, 9.0, angles=(3.0, 0.0, 0.0)) == pytest.approx(0.05 * WEIGHT)
-    assert wrench(BLIND, v=(1.0, 0.0, 0.0)).torque_b.y < 0.0  # brakes as it does with a state
+    assert wrench(Sight.BLIND, v=(1.0, 0.0, 0.0)).torque_b.y < 0.0  # brakes as it does with a state
 
 
 @pytest.mark.parametrize(
@@ -100,7 +100,7 @@ def test_without_any_state_it_falls_and_brakes_in_the_height_that_is_left():
 def test_without_any_state_what_is_off_trim_keeps_the_thrust_of_before(share, before, expected):
     # in hover torques of one rotor, 0.25 * weight * 0.3 m; a hover's thrust at most
     known = {"torque": Vec3(0.0, share * 0.25 * WEIGHT * 0.3, 0.0), "strength": 0.95, "thrust": before * WEIGHT}
-    assert wrench(BLIND, known=known).thrust == pytest.approx(expected * WEIGHT)
+    assert wrench(Sight.BLIND, known=known).thrust == pytest.approx(expected * WEIGHT)
 
 
 def test_a_state_that_returns_late_in_a_fall_is_braked_in_the_height_that_is_left():
@@ -121,8 +121,8 @@ def test_a_fall_is_braked_to_the_speed_that_it_aims_at():
 @pytest.mark.parametrize(("unseen", "stops"), [(1.91, False), (1.92, True)])
 def test_thrust_ends_when_an_unseen_torque_may_have_turned_the_vehicle_by_70_degrees(unseen, stops):
     # sqrt(2 * 70 deg / (2 / 3 rad/s^2)) = 1.914 s
-    assert (wrench(BLIND, known={"unseen": unseen}) == Wrench(0.0, NONE)) == stops
-    assert wrench(TURNS, known={"unseen": unseen}).thrust > 0.0
+    assert (wrench(Sight.BLIND, known={"unseen": unseen}) == Wrench(0.0, NONE)) == stops
+    assert wrench(Sight.TURNS, known={"unseen": unseen}).thrust > 0.0
 
 
 @given(
@@ -140,7 +140,7 @@ def test_the_wrench_is_always_one_that_the_vehicle_has(height, v, angles, omega,
     assert abs(found.torque_b.z) <= 74.4801
 
 
-def at_rest(height, seconds, sight=SEES):
+def at_rest(height, seconds, sight=Sight.SEES):
     memory, found = FRESH, []
     for _ in range(round(seconds / 0.002)):
         seen = state(height)
@@ -164,7 +164,7 @@ def test_above_the_stop_height_they_turn_on_whatever_it_lies_on():
 
 
 def test_without_velocity_nothing_is_taken_for_contact():
-    assert at_rest(0.1, 3.0, TURNS)[-1] == (pytest.approx(0.94 * WEIGHT), False)
+    assert at_rest(0.1, 3.0, Sight.TURNS)[-1] == (pytest.approx(0.94 * WEIGHT), False)
 
 
 def test_the_prediction_is_that_of_free_fall_and_of_a_free_spin():
@@ -199,7 +199,7 @@ def test_the_prediction_turns_as_eulers_equations_say():
 
 
 def test_the_torque_carries_the_gyroscopic_part():
-    torque = wrench(TURNS, vehicle=UNEVEN, omega=(1.0, 2.0, 3.0)).torque_b
+    torque = wrench(Sight.TURNS, vehicle=UNEVEN, omega=(1.0, 2.0, 3.0)).torque_b
     damping = 2.0 * 0.9 * 8.0
     assert torque.x == pytest.approx(-2e-3 * damping * 1.0 + (7e-3 - 3e-3) * 2.0 * 3.0)
     assert torque.y == pytest.approx(-3e-3 * damping * 2.0 + (2e-3 - 7e-3) * 1.0 * 3.0)

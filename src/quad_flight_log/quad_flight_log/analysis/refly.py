@@ -37,7 +37,7 @@ LONGEST_GAP = 5  # times the usual step: a longer one ends a second
 UNITS = {
     "position": ("m", 1.0),
     "velocity": ("m/s", 1.0),
-    "attitude": ("deg", 57.29577951308232),
+    "attitude": ("deg", float(np.degrees(1.0))),
     "rates": ("rad/s", 1),
 }
 
