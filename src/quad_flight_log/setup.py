@@ -6,7 +6,7 @@ setup(
     description="Recorder node, bag reader and flight metrics of the quadrotor stack.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_flight_log", "quad_flight_log.*"]),
-    package_data={"": ["py.typed", "*.css", "*.js"]},
+    package_data={"": ["py.typed", "*.css", "*.js", "maps/*.yaml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/quad_flight_log"]),
         ("share/quad_flight_log", ["package.xml"]),

@@ -3,11 +3,14 @@
 import argparse
 import contextlib
 import inspect
+import io
 import json
 import os
 import shlex
+import signal
 import sys
 import textwrap
+import time
 import traceback
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -165,26 +168,31 @@ def _replay(options: argparse.Namespace) -> int:
 def _shadow(options: argparse.Namespace) -> int:
     """Print what a pair of laws would have commanded on a flight, next to what was flown, and what that betrays.
 
-    The laws that flew are the default, or those of the nodes; another law starts from its defaults. The memory is
-    carried from the first step on, and begun anew every second. A bag of others needs --vehicle.
+    The laws that flew are the default, or those of the nodes; another law starts from its defaults, or from --preset.
+    The memory is carried from the first step on, and begun anew every second. A bag of others needs --vehicle.
 
     log shadow flights/case1-1-1 --position pid --attitude se3
     log shadow flights/real-1 --position aibs --attitude abfnitsm --vehicle my_vehicle.yaml
     """
-    from quad_flight_log.analysis.refly import refly, vehicle_settings
-    from quad_flight_log.analysis.shadow import lines, shadow
+    _print_shadow(_opened(options)[0], options)
+    return 0
 
-    (flight,) = _opened(options)
-    values = vehicle_settings(flight, options.vehicle)
+
+def _print_shadow(flight: Flight, options: argparse.Namespace) -> bool:
+    """Print a pair of laws beside a flight; returns whether a mistake of sign, scale or frame shows."""
+    from quad_flight_log.analysis.refly import gains_of, refly, vehicle_settings
+    from quad_flight_log.analysis.shadow import lines, mistakes, shadow
+
+    values, gains = vehicle_settings(flight, options.vehicle), gains_of(options.preset)
     laws = {POSITION: options.position, ATTITUDE: options.attitude}
-    carried, anew = (shadow(flight, laws, values, anew=each) for each in (False, True))
+    carried, anew = (shadow(flight, laws, values, gains, anew=each) for each in (False, True))
     print("\n".join(lines(carried, anew)))
     if values:
         try:
             print(refly(flight, values).horizon())
         except FlightLogError as error:
             print(f"no horizon of open loop: {error}")
-    return 0
+    return bool(mistakes(anew))
 
 
 def _refly(options: argparse.Namespace) -> int:
@@ -287,20 +295,56 @@ def _import(options: argparse.Namespace) -> int:
     log import flight.ulg --out flights/real-1
     log import lap.csv --map my_map.yaml --out flights/real-2
     """
+    (path,) = options.bags
+    _print_imported(path, options.map, options.out or Path(path.name.split(".")[0]))
+    return 0
+
+
+def _print_imported(path: Path, map_name: str, out: Path) -> bool:
+    """Make the bag ``out`` of a log of others and print what is in it; returns whether anything is doubtful."""
     from quad_flight_log.imports.doubts import doubts
     from quad_flight_log.imports.importing import read_recording
     from quad_flight_log.imports.write import write_recording
 
-    (path,) = options.bags
-    recording, name = read_recording(path, options.map)
+    recording, name = read_recording(path, map_name)
     found = doubts(recording)
-    out = options.out or Path(path.name.split(".")[0])
     write_recording(recording, found, path, name, out)
-    for signal, (t, _, source) in recording.signals.items():
+    for item, (t, _, source) in recording.signals.items():
         rate = (len(t) - 1) / (t[-1] - t[0])
-        print(f"{signal}: {len(t)} samples, {t[-1] - t[0]:.1f} s, {rate:.1f} Hz, from {source}")
+        print(f"{item}: {len(t)} samples, {t[-1] - t[0]:.1f} s, {rate:.1f} Hz, from {source}")
     print("\n".join([*(f"note {note}" for note in recording.notes), *(f"doubt {doubt}" for doubt in found), str(out)]))
-    return 0
+    return bool(found)
+
+
+def _observe(options: argparse.Namespace) -> int:
+    """Record what an autopilot says over MAVLink in flight, until Ctrl-C, then put our laws beside it; nothing is sent.
+
+    Joins and leaves at any time. Writes OUT.tlog as it goes (log import makes a bag of it, too), at the end the bag
+    OUT, its report.html and, with --vehicle, shadow.txt. Exit code 1: something is doubtful, or a mistake shows.
+
+    log observe --vehicle my_vehicle.yaml --position aibs --attitude geometric_pid
+    log observe --listen 0.0.0.0:14540 --out flights/real-1
+    """
+    from quad_flight_log.imports.telemetry import address, listen
+    from quad_flight_log.report.page import write_page
+    from quad_flight_log.report.pages import report_page
+
+    out = options.out or Path(time.strftime("flights/observed-%Y%m%d-%H%M%S"))
+    out.parent.mkdir(parents=True, exist_ok=True)
+    telemetry = out.with_name(f"{out.name}.tlog")
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    with contextlib.suppress(KeyboardInterrupt):
+        listen(address(options.listen), telemetry, print)
+    is_doubtful = _print_imported(telemetry, options.map, out)
+    flight = open_flight(out)
+    print(write_page(report_page([flight], [flight.name], f"log observe of {telemetry}"), out / "report.html"))
+    if options.vehicle is not None:
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            is_doubtful |= _print_shadow(flight, options)
+        (out / "shadow.txt").write_text(said.getvalue(), encoding="utf-8")
+        print(said.getvalue(), end="")
+    return int(is_doubtful)
 
 
 def _view(options: argparse.Namespace) -> int:
@@ -376,10 +420,12 @@ FLAGS: dict[str, dict[str, Any]] = {
     "--names": {"default": "", "metavar": "A,B,...", "help": "names of the flights (default: their folders)"},
     "--out": {"type": Path, "metavar": "DIR", "help": "directory of what is written"},
     "--map": {"default": "", "metavar": "NAME|FILE", "help": "map of columns, shipped or a YAML file"},
+    "--listen": {"default": "127.0.0.1:14540", "metavar": "HOST:PORT", "help": "UDP port that the autopilot sends to"},
     "--live": {"action": "store_true", "help": "show a flight under way in the browser"},
     "--speed": {"type": _speed, "default": 1.0, "metavar": "X", "help": "times the flight's own pace (default: 1)"},
     "--position": {"metavar": "LAW", "help": "position law (default: the one that flew)"},
     "--attitude": {"metavar": "LAW", "help": "attitude law (default: the one that flew)"},
+    "--preset": {"type": Path, "metavar": "FILE", "help": "gains of the laws (default: those that flew, or tuned)"},
     "--vehicle": {"type": Path, "metavar": "FILE", "help": "vehicle file, as scripts/identify writes it"},
     "--namespace": {"default": "", "help": "namespace of the vehicle"},
 }
@@ -390,13 +436,14 @@ COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], int | str, tuple[
     "hash": (_hash, "+", ("--topics",)),
     "export": (_export, 1, ("--topic", "--parquet", "--one-table", "--out")),
     "replay": (_replay, 1, ()),
-    "shadow": (_shadow, 1, ("--position", "--attitude", "--vehicle")),
+    "shadow": (_shadow, 1, ("--position", "--attitude", "--preset", "--vehicle")),
     "refly": (_refly, 1, ("--vehicle",)),
     "report": (_report, "+", ("--names", "--out")),
     "figure": (_figure, "+", ("--figure", "--names", "--out FILE", "--width", "--height")),
     "view": (_view, "*", ("--out", "--live")),
     "play": (_play, 1, ("--speed",)),
     "import": (_import, 1, ("--map", "--out")),
+    "observe": (_observe, 0, ("--listen", "--map", "--position", "--attitude", "--preset", "--vehicle", "--out")),
 }
 """{command: (function, how many bags, flags)}. A function's docstring is its help, the last paragraph examples.
 
@@ -417,7 +464,8 @@ def _parser() -> argparse.ArgumentParser:
             epilog="examples:\n" + textwrap.indent(examples, "  "),
             formatter_class=formatter,
         )
-        own.add_argument("bags", nargs=bags, metavar="BAG", type=Path, help="bag directory or one of its files")
+        if bags:
+            own.add_argument("bags", nargs=bags, metavar="BAG", type=Path, help="bag directory or one of its files")
         for flag in (*flags, "--namespace"):
             own.add_argument(flag.split()[0], **FLAGS[flag])
     return parser

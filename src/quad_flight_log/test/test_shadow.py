@@ -119,14 +119,14 @@ def test_an_axis_that_follows_another_is_named():
 def test_time_without_a_set_point_is_left_out_and_counted(calm, tmp_path):
     table = np.loadtxt(as_csv(calm, tmp_path), delimiter=",", skiprows=1)
     head = (tmp_path / "flight.csv").read_text().splitlines()[0]
-    table[:, head.split(",").index("rx")][250:1000] = np.nan  # from 0.5 s to 2 s; the last one holds for 1 s
+    table[:, head.split(",").index("rx")][250:1000] = np.nan  # from 0.5 s to 2 s
     np.savetxt(tmp_path / "flight.csv", table, delimiter=",", header=head, comments="")
     bag = tmp_path / "bag"
     assert main(["import", str(tmp_path / "flight.csv"), "--map", str(tmp_path / "map.yaml"), "--out", str(bag)]) == 0
     beside = shadow(open_flight(bag), {}, {"vehicle.mass": 0.56}, anew=False)
-    assert "left out: 0.5 s without a reference, 0.0 s with idle motors, of 2.5 s" in beside.notes
+    assert "left out: 1.5 s without a reference, 0.0 s with idle motors, of 2.5 s" in beside.notes
     times = beside.axes["roll"][0]
-    assert not ((times > 1.51) & (times < 1.99)).any()
+    assert not ((times > 0.51) & (times < 1.99)).any()
 
 
 def test_an_imported_flight_has_a_shadow_and_goes_on_from_its_states(calm, tmp_path, capsys):

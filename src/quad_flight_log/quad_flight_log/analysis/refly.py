@@ -10,11 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from quad_core.cascade import COMMAND, POSITION, SIMULATOR
+from quad_core.cascade import COMMAND, POSITION, SIMULATOR, STAGE
 from quad_core.cycle import is_flyable
 from quad_core.parameter_files import overrides_for, read_parameter_file
 from quad_core.parameters import ParameterError, Value
-from quad_core.resolution import Resolved
+from quad_core.plugins import names
+from quad_core.resolution import Resolved, resolve
 from quad_core.types import CALM, Vec3, VehicleState, Wrench
 from quad_core.vehicle import ARRANGEMENTS, Layout, Vehicle
 from quad_dynamics import rigid_body
@@ -26,7 +27,7 @@ from quad_flight_log.analysis.replay import tuples_of
 from quad_flight_log.analysis.tables import truth_topic
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError, TopicError
-from quad_flight_log.imports.write import ROTORS
+from quad_flight_log.imports.write import CURVE, ROTORS
 from quad_flight_log.report.text import aligned
 
 HORIZONS = (0.1, 0.5, 1.0)  # s
@@ -61,10 +62,21 @@ def vehicle_settings(flight: Flight, path: Path | None) -> dict[str, Value]:
     return values
 
 
+def gains_of(path: Path | None) -> dict[str, dict[str, Value]]:
+    """Return {role: parameters} of the controllers in the file ``path``, of all laws; raises FlightLogError."""
+    try:
+        return {role: overrides_for([read_parameter_file(path)], role) for role in STAGE} if path else {}
+    except ParameterError as error:
+        raise FlightLogError(str(error)) from error
+
+
 def phases_of(flight: Flight, role: str, law: str | None, values: dict[str, Value]) -> list[tuple[int, Resolved]]:
     """Return (step, parameters from it on) of a controller, its defaults where the bag says nothing of it."""
     found = recorded_parameters(flight).get(role) if flight.has(TOPIC) else None
     record = found or NodeRecord({}, [], ())
+    flying = law or record.values.get("law") or resolve(role, {}).plugins["law"].name
+    others = {*names(STAGE[role].group)} - {flying}  # a file of gains has those of many laws
+    values = {name: value for name, value in values.items() if name.partition(".")[0] not in others}
     changes = tuple(change._replace(values=change.values | values) for change in record.changes)
     return flown_phases(record._replace(values=record.values | values, changes=changes), role, law)
 
@@ -72,7 +84,8 @@ def phases_of(flight: Flight, role: str, law: str | None, values: dict[str, Valu
 def flown_wrench(flight: Flight, vehicle: Vehicle) -> tuple[Stamps, Floats]:
     """Return stamps in ns and (thrust N, torque N m), shape (n, 4), that were commanded or that the motors made.
 
-    A command of a motor is counted as speed over its largest, so that its thrust is the square. Raises TopicError.
+    The thrust of a motor is its largest times ``curve`` of the bag: the share of the square of its command, which alone
+    counts where none is said. Raises TopicError.
     """
     if flight.has(COMMAND):
         table = by_stamp(flight.array(COMMAND))
@@ -84,7 +97,10 @@ def flown_wrench(flight: Flight, vehicle: Vehicle) -> tuple[Stamps, Floats]:
     if {len(row) for row in table[field]} != {4}:
         raise TopicError(f"{flight.path}: motors: {field}: expected four numbers in every message")
     commands = np.stack(list(table[field]))
-    each = (rotor_limit(vehicle) if field == "normalized" else vehicle.lift_coefficient) * commands * commands
+    each = vehicle.lift_coefficient * commands * commands
+    if field == "normalized":
+        curve = float(flight.metadata.get(CURVE, 1.0))
+        each = rotor_limit(vehicle) * (curve * commands + 1.0 - curve) * commands
     arm = vehicle.arm_length * (DIAGONAL if vehicle.layout == Layout.X else 1.0)
     turns = np.array(ARRANGEMENTS[flight.metadata.get(ROTORS, "x")].levers, float)
     return table["stamp_ns"], np.column_stack([each.sum(axis=1), each @ turns.T * (arm, arm, yaw_arm(vehicle))])

@@ -6,13 +6,14 @@ bags of ours each step is that of the node (``replay``); on imported ones both l
 
 from collections.abc import Mapping
 from itertools import permutations
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from quad_core.cascade import STAGE
+from quad_core.cascade import POSITION, STAGE
 from quad_core.parameters import Value
-from quad_core.types import TrajectoryPoint, Vec3, VehicleState, Wrench
+from quad_core.types import AttitudeThrust, Quat, TrajectoryPoint, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_dynamics.rotors import allocate_within, rotor_limit
 from quad_flight_log.analysis.arrays import Floats, by_stamp, euler_angles, wrapped
@@ -38,6 +39,8 @@ TILT, THRUST = 35.0, 0.5
 """The envelope: tilt in deg, and by which part of the weight thrust may differ from it."""
 ANEW = 1_000_000_000  # ns after which the memory begins again
 LONGEST_LAG = 0.25  # s
+TARGET = "attitude_target"
+"""The topic of an imported bag with the set points that the autopilot's own attitude loop follows."""
 ALIKE, UNLIKE, SCALES = 0.8, 0.5, (0.5, 2.0)
 """Correlation from which on two signals are alike, below which not, and ratios of their RMS that are no mistake."""
 
@@ -59,16 +62,24 @@ class Beside(NamedTuple):
     notes: list[str]
 
 
-def shadow(flight: Flight, laws: Mapping[str, str | None], values: dict[str, Value], *, anew: bool) -> Beside:
+def shadow(
+    flight: Flight,
+    laws: Mapping[str, str | None],
+    values: dict[str, Value],
+    gains: Mapping[str, dict[str, Value]] = MappingProxyType({}),
+    *,
+    anew: bool,
+) -> Beside:
     """Return what ``laws``, {role: law, None: the one that flew}, would have commanded; ``anew``: see ANEW.
 
-    ``values``: {vehicle.*: value} instead of those recorded. Raises FlightLogError naming what the bag lacks.
+    ``values``: {vehicle.*: value} instead of those recorded, ``gains``: {role: {parameter: value}} likewise. Raises
+    FlightLogError naming what the bag lacks.
     """
     lacks = {"reference": "the laws have nothing to follow", "state": "position, velocity, attitude, rates are needed"}
     for topic, so in lacks.items():
         if not flight.has(topic):
             raise TopicError(f"{flight.path}: no {topic}: {so}")
-    phases = {role: phases_of(flight, role, laws.get(role), values) for role in STAGE}
+    phases = {role: phases_of(flight, role, laws.get(role), values | gains.get(role, {})) for role in STAGE}
     first = next(iter(phases.values()))[0][1]
     given, flown, said, notes = dict[str, Mapping[int, Any]](), Numbers(), Numbers(), list[str]()
     others = None if flight.has(TOPIC) else _imported(flight, first.vehicle)
@@ -85,7 +96,7 @@ def shadow(flight: Flight, laws: Mapping[str, str | None], values: dict[str, Val
         stamps = others.stamps if others else steps * first.flight.plant_period
         begun = set(steps[np.unique((stamps - stamps[:1]) // ANEW, return_index=True)[1]].tolist()) if anew else set()
         found = answered(phases[role], seen, begun | others.gaps if others else begun)
-        given[stage.output] = dict(zip(found.steps, found.outputs, strict=True))
+        given.setdefault(stage.output, dict(zip(found.steps, found.outputs, strict=True)))
         said |= _numbers(stage.output, stamps, found.outputs) | _numbers(role, stamps, found.internals)
         if not others:
             recorded = by_step(flight, stage.output, first.flight.plant_period)
@@ -97,7 +108,11 @@ def shadow(flight: Flight, laws: Mapping[str, str | None], values: dict[str, Val
     for name, (number, unit, _) in AXES.items():
         common, one, other = np.intersect1d(flown[number][0], said[number][0], return_indices=True)
         factor = np.degrees(1.0) if unit == "deg" else 1.0
-        axes[name] = (common * 1e-9, factor * flown[number][1][one], factor * said[number][1][other])
+        was, would = factor * flown[number][1][one], factor * said[number][1][other]
+        if name == "yaw":  # no jump of a whole turn in one of the two
+            was, would = np.unwrap(was, period=360.0), would - was
+            would = was + np.degrees(wrapped(np.radians(would)))
+        axes[name] = (common * 1e-9, was, would)
     saturated = {name: float(said[flag][1].mean()) for name, (_, _, flag) in AXES.items() if flag in said}
     equal = all(column.tobytes() == said[name][1].tobytes() for name, (_, column) in flown.items())
     names = [phase[0][1].plugins["law"].name for phase in phases.values()]
@@ -140,12 +155,25 @@ def _imported(flight: Flight, vehicle: Vehicle) -> Imported:
             for row, each in zip(rows.tolist(), before, strict=True)
         },
     }
-    columns = np.column_stack([euler_angles(table["q_wb"][rows]), wrench[rows]])
+    q, whose = table["q_wb"][rows], "those of the vehicle, which follows a set point late"
+    if flight.has(TARGET):
+        asked = by_stamp(flight.array(TARGET))
+        q = np.column_stack([asked["quaternion"][name] for name in "xyzw"])
+        q, whose = (
+            held_at(asked["stamp_ns"], q, stamps)[rows],
+            "the autopilot's set points, and the attitude law has them",
+        )
+    columns = np.column_stack([euler_angles(q), wrench[rows]])
+    if flight.has(TARGET):
+        inputs[STAGE[POSITION].output] = {
+            row: AttitudeThrust(angles=Vec3(*each[:3]), q_wb=Quat(*turned), thrust=each[3])
+            for row, each, turned in zip(rows.tolist(), columns.tolist(), q.tolist(), strict=True)
+        }
     flown = {axis[0]: (stamps[rows], column) for axis, column in zip(AXES.values(), columns.T, strict=True)}
     lacking = [steps[part].sum() for part in (without, idle & ~without, slice(None))]
     notes = [
         "left out: {:.1f} s without a reference, {:.1f} s with idle motors, of {:.1f} s".format(*lacking),
-        "flown roll, pitch and yaw are those of the vehicle, which follows a set point late",
+        f"flown roll, pitch and yaw are {whose}",
     ]
     return Imported(rows.tolist(), stamps[rows], set(rows[late].tolist()), dt.tolist(), states, inputs, flown, notes)
 
@@ -183,8 +211,6 @@ def _rows(beside: Beside) -> list[list[str]]:
     rows = [["axis", "unit", "mean", "RMS", "RMS flown", "ratio", "correlation", "lag", "saturated"]]
     for name, (t, flown, said) in beside.axes.items():
         gap, alike = said - flown, correlation(flown, said)
-        if AXES[name][1] == "deg":
-            gap = np.degrees(wrapped(np.radians(gap)))
         numbers = [gap.mean(), np.sqrt(np.mean(gap**2)), np.sqrt(np.mean(flown**2))]
         cells = [f"{said.std() / flown.std():.2f}", f"{alike:.3f}"] if np.isfinite(alike) else ["-", "-"]
         cells.append(f"{1e3 * lag(t, flown, said):.0f} ms" if alike > UNLIKE else "-")

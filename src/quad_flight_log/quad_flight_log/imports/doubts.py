@@ -165,9 +165,9 @@ def _motor_order(motors: Signal, rates: Signal, rotors: str) -> list[str]:
         for shift in (0.0, 0.02, 0.04, 0.06):
             u = np.stack([np.interp(t - shift, motors.t, column) for column in motors.values.T], axis=1)
             u = u - u.mean(axis=0)
-            fits.append(
-                [np.corrcoef(u @ np.array(turn), alpha[:, axis])[0, 1] for axis, turn in enumerate(arrangement.levers)]
-            )
+            with np.errstate(invalid="ignore", divide="ignore"):  # motors that do not move
+                pairs = zip(arrangement.levers, alpha.T, strict=True)
+                fits.append([np.corrcoef(u @ np.array(turn), axis)[0, 1] for turn, axis in pairs])
         best[name] = np.nan_to_num(np.array(fits)).max(axis=0)
     mine = best[rotors]
     other = max(best, key=lambda name: float(best[name][:2].sum()))

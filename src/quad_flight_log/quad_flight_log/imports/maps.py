@@ -3,13 +3,15 @@
 A map is YAML::
 
     rotors: x                              # where motors 1 to 4 stand: x, plus, crazyflie, px4
+    curve: 1.0                             # share of the square in thrust over command (PX4's THR_MDL_FAC); the default
     time: {column: t, unit: s}             # of every table that has no time of its own
     signals:
       specific_force: {columns: [ax, ay, az], unit: g, frame: flu}
       attitude: {columns: [qw, qx, qy, qz], order: wxyz, frame: enu}
       motors: {table: motors, columns: [m1, m2, m3, m4], unit: pwm16}
 
-A signal may be a list of such entries: the first whose columns are all there is taken.
+A signal may be a list of such entries: the first whose columns are all there is taken. With ``derivative: 1`` or 2 it
+is the first or second derivative of its columns.
 """
 
 from collections.abc import Mapping
@@ -22,7 +24,8 @@ from numpy.typing import NDArray
 
 from quad_core.parameter_files import load_yaml
 from quad_flight_log.errors import FlightLogError, one_line
-from quad_flight_log.imports.tables import Table, Tables
+from quad_flight_log.imports.tables import Tables
+from quad_flight_log.imports.telemetry import Table
 
 Floats = NDArray[np.float64]
 WIDTHS = {
@@ -36,7 +39,9 @@ WIDTHS = {
     "voltage": 1,
     "reference_position": 3,
     "reference_velocity": 3,
+    "reference_acceleration": 3,
     "reference_yaw": 1,
+    "attitude_target": 4,
 }
 """Signals that a map may name, and how many columns each has."""
 UNITS = {
@@ -53,12 +58,15 @@ UNITS = {
     "pwm16": 1.0 / 65535.0,
     "percent": 0.01,
     "pwm_us": 1e-3,
+    "dshot": 1.0 / 1999.0,
 }
 """Factors to SI or to a command in 0..1; ``pwm_us`` is 1000 to 2000, so 1 is taken off."""
 ROTORS = ("x", "plus", "crazyflie", "px4")
-SHIPPED = ("px4", "crazyflie", "nanobench", "idsia", "ros", "bag")
-DEFAULT = {"ulog": "px4", "usd": "crazyflie", "bag": "ros"}
-_KEYS = {"table", "columns", "unit", "frame", "order", "signs", "time", "euler"}
+SHIPPED = ("px4", "mavlink", "crazyflie", "nanobench", "idsia", "ros", "bag")
+DEFAULT = {"ulog": "px4", "tlog": "mavlink", "usd": "crazyflie", "bag": "ros"}
+_KEYS = {"table", "columns", "unit", "frame", "order", "signs", "time", "euler", "derivative"}
+_SPANS = {1: 0.05, 2: 0.1}  # s to both sides of a derivative
+_FASTEST = 15.0  # m/s; what goes faster is a step, which has no derivative
 _FROM_NED = np.array([0.5**0.5, 0.5**0.5, 0.0, 0.0])  # x y z w: turns north-east-down into east-north-up
 _FROM_FRD = np.array([1.0, 0.0, 0.0, 0.0])
 
@@ -72,11 +80,15 @@ class Signal(NamedTuple):
 
 
 class Recording(NamedTuple):
-    """A log of others in SI units, FLU body, ENU world, quaternions xyzw; ``notes`` are what was said while reading."""
+    """A log of others in SI units, FLU body, ENU world, quaternions xyzw; ``notes`` are what was said while reading.
+
+    A row of ``reference_position`` that is no number says that there is no set point. ``curve``: see the map.
+    """
 
     signals: dict[str, Signal]
     rotors: str
     notes: list[str]
+    curve: float = 1.0
 
 
 def load_map(name: str) -> Mapping[str, Any]:
@@ -94,6 +106,8 @@ def load_map(name: str) -> Mapping[str, Any]:
         raise FlightLogError(f"{name}: found no 'signals', expected a map of signal to columns")
     if content.get("rotors", "x") not in ROTORS:
         raise FlightLogError(f"{name}: rotors: found {content['rotors']!r}, expected one of {', '.join(ROTORS)}")
+    if not isinstance(content.get("curve", 1.0), float) or not 0.0 <= content.get("curve", 1.0) <= 1.0:
+        raise FlightLogError(f"{name}: curve: found {content['curve']!r}, expected 0.0 to 1.0")
     for signal, entries in content["signals"].items():
         if signal not in WIDTHS:
             raise FlightLogError(f"{name}: found signal {signal!r}, expected one of {', '.join(WIDTHS)}")
@@ -110,11 +124,16 @@ def _check_entry(where: str, signal: str, entry: object) -> None:
     width = 3 if entry.get("euler") else WIDTHS[signal]
     if len(entry["columns"]) != width:
         raise FlightLogError(f"{where}: found {len(entry['columns'])} columns, expected {width}")
-    choices = {"unit": UNITS, "frame": ("flu", "frd", "enu", "ned", "frd-ned"), "order": ("xyzw", "wxyz")}
+    choices = {
+        "unit": UNITS,
+        "frame": ("flu", "frd", "enu", "ned", "frd-ned"),
+        "order": ("xyzw", "wxyz"),
+        "derivative": (1, 2),
+    }
     for key, allowed in choices.items():
         if key in entry and entry[key] not in allowed:
             raise FlightLogError(
-                f"{where}: {key}: found {entry[key]!r}, expected one of {', '.join(filter(None, allowed))}"
+                f"{where}: {key}: found {entry[key]!r}, expected one of {', '.join(filter(None, map(str, allowed)))}"
             )
 
 
@@ -138,7 +157,7 @@ def mapped(tables: Tables, content: Mapping[str, Any], notes: list[str]) -> Reco
         notes = [*notes, f"not in the log: {', '.join(missing)}"]
     first = min(float(found.t[0]) for found in signals.values())
     moved = {name: found._replace(t=found.t - first) for name, found in signals.items()}
-    return Recording(moved, str(content.get("rotors", "x")), notes)
+    return Recording(moved, str(content.get("rotors", "x")), notes, content.get("curve", 1.0))
 
 
 def _signal(name: str, table: Table, entry: Mapping[str, Any], content: Mapping[str, Any]) -> Signal:
@@ -150,7 +169,7 @@ def _signal(name: str, table: Table, entry: Mapping[str, Any], content: Mapping[
     if entry.get("unit") == "pwm_us":
         values = np.clip(values - 1.0, 0.0, 1.0)
     frame = entry.get("frame", "")
-    if name == "attitude":
+    if name in ("attitude", "attitude_target"):
         values = _attitude(values, entry)
     elif frame == "frd":
         values = values * np.array([1.0, -1.0, -1.0])
@@ -160,9 +179,27 @@ def _signal(name: str, table: Table, entry: Mapping[str, Any], content: Mapping[
             if values.shape[1] == 3
             else np.pi / 2 - values
         )
-    good = np.isfinite(t) & np.isfinite(values).all(axis=1)
+    good = np.isfinite(t)
+    if name != "reference_position":
+        good &= np.isfinite(values).all(axis=1)
     good[1:] &= t[1:] > np.maximum.accumulate(np.where(good, t, -np.inf))[:-1]
-    return Signal(t[good], values[good], f"{entry.get('table', '')} {', '.join(entry['columns'])}".strip())
+    source, t, values = f"{entry.get('table', '')} {', '.join(entry['columns'])}".strip(), t[good], values[good]
+    if order := entry.get("derivative"):
+        values, source = _derivative(t, values, order), f"derivative {order} of {source}"
+    return Signal(t, values, source)
+
+
+def _derivative(t: Floats, values: Floats, order: int) -> Floats:
+    """Return the derivative of ``values`` at ``t`` by differences over _SPANS; 0 next to a step, a gap and the ends."""
+    steps = np.diff(t, prepend=t[:1])
+    span = max(_SPANS[order], 1.01 * float(np.median(steps)))
+    jumped = np.linalg.norm(np.diff(values, axis=0, prepend=values[:1]), axis=1) > _FASTEST * steps
+    breaks = np.cumsum(jumped | (steps > 2.0 * span))
+    before, after = (np.stack([np.interp(t + s * span, t, column) for column in values.T], 1) for s in (-1.0, 1.0))
+    whole = (t - span >= t[0]) & (t + span <= t[-1])
+    low, high = (np.interp(t + s * span, t, breaks) for s in (-1.0, 1.0))
+    found = (after - before) / (2.0 * span) if order == 1 else (after - 2.0 * values + before) / span**2
+    return np.where((whole & (low == high))[:, None], found, 0.0)
 
 
 def _attitude(values: Floats, entry: Mapping[str, Any]) -> Floats:

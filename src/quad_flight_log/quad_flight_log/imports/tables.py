@@ -12,13 +12,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from quad_flight_log.bag.messages import flat_columns
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError, one_line
+from quad_flight_log.imports.telemetry import Table, read_tlog
 
-Table = dict[str, NDArray[Any]]
 Tables = dict[str, Table]
 LARGEST = 300 << 20  # bytes of a file
 MOST_CELLS = 60_000_000
@@ -26,7 +25,7 @@ _USD_TYPES = {"B": "u1", "b": "i1", "H": "<u2", "h": "<i2", "I": "<u4", "i": "<i
 
 
 def read_tables(path: Path) -> tuple[str, Tables, list[str]]:
-    """Return (format, tables, notes on damage) of the log at ``path``: ulog, usd, table or bag.
+    """Return (format, tables, notes on damage) of the log at ``path``: ulog, tlog, usd, table or bag.
 
     Raises FlightLogError for what is no log, is too large, or holds nothing.
     """
@@ -34,7 +33,9 @@ def read_tables(path: Path) -> tuple[str, Tables, list[str]]:
         return "bag", *_bag(path)
     data = _content(path)
     found: tuple[str, Callable[[Path, bytes], tuple[Tables, list[str]]]] = ("table", _table)
-    if data.startswith(b"ULog\x01\x12\x35"):
+    if path.name.removesuffix(".gz").endswith(".tlog"):
+        found = ("tlog", read_tlog)
+    elif data.startswith(b"ULog\x01\x12\x35"):
         found = ("ulog", _ulog)
     elif data[:1] == b"\xbc":
         found = ("usd", _usd)

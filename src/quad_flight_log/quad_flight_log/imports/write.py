@@ -4,7 +4,7 @@
 |---|---|---|
 | imu | sensor_msgs/Imu | specific force, body rates; -1 in a covariance: not in this sample |
 | motors | actuator_msgs/Actuators | commands in 0..1 (`normalized`), speeds in rad/s (`velocity`) |
-| attitude, position, velocity | geometry_msgs/QuaternionStamped, PointStamped, Vector3Stamped | as logged |
+| attitude, attitude_target, position, velocity | QuaternionStamped, PointStamped, Vector3Stamped | as logged |
 | battery_state | sensor_msgs/BatteryState | voltage |
 | state | quad_msgs/VehicleState | at the times of the attitude, the rest between its samples |
 | reference | quad_msgs/TrajectoryPoint | where the log has set points |
@@ -29,7 +29,7 @@ from quad_flight_log.imports.maps import Recording, Signal
 Floats = NDArray[np.float64]
 _ACTUATORS = "std_msgs/Header header\nfloat64[] position\nfloat64[] velocity\nfloat64[] normalized\n"
 _UNKNOWN = -1.0
-ROTORS = "rotors"
+ROTORS, CURVE = "rotors", "curve"
 DOUBT = "doubt."
 
 
@@ -54,7 +54,7 @@ def _definition(name: str) -> Definition:
 
 def write_recording(recording: Recording, doubts: list[str], source: Path, map_name: str, out: Path) -> Path:
     """Write a bag into the new folder ``out``; returns it. Raises FlightLogError if it cannot be written."""
-    facts = {"imported_from": source.name, "map": map_name, ROTORS: recording.rotors}
+    facts = {"imported_from": source.name, "map": map_name, ROTORS: recording.rotors, CURVE: f"{recording.curve:g}"}
     if source.is_file():
         facts["sha256_of_source"] = hashlib.sha256(source.read_bytes()).hexdigest()
     facts |= {f"source.{name}": signal.source for name, signal in recording.signals.items()}
@@ -83,6 +83,7 @@ def _messages(recording: Recording) -> list[tuple[int, str, Any]]:
     vector, point, quaternion = (types[f"geometry_msgs/msg/{name}"] for name in ("Vector3", "Point", "Quaternion"))
     for name, kind, field, inner, frame in (
         ("attitude", "QuaternionStamped", "quaternion", quaternion, "map"),
+        ("attitude_target", "QuaternionStamped", "quaternion", quaternion, "map"),
         ("position", "PointStamped", "point", point, "map"),
         ("velocity", "Vector3Stamped", "vector", vector, "map"),
     ):
@@ -180,19 +181,30 @@ def _references(recording: Recording) -> list[tuple[int, str, Any]]:
     if place is None or not states:
         return []
     ns = np.array([each[0] for each in states])
-    index = np.searchsorted(place.t, ns * 1e-9 + 1e-9, side="right") - 1
+    index = _last(place, ns * 1e-9)
     kind, zero, out = _store().types["quad_msgs/msg/TrajectoryPoint"], np.zeros(3), []
-    speed, yaw = signals.get("reference_velocity"), signals.get("reference_yaw")
     oldest = max(1.0, 5.0 * float(np.median(np.diff(place.t, append=place.t[-1]))))
-    for step, (at, row) in enumerate(zip(ns.tolist(), index, strict=True)):
-        if row < 0 or at * 1e-9 - place.t[row] > oldest:
+    held = [_held(signals.get(f"reference_{name}"), ns * 1e-9) for name in ("velocity", "acceleration", "yaw")]
+    for step, (at, row, v, a, yaw) in enumerate(zip(ns.tolist(), index, *held, strict=True)):
+        if row < 0 or at * 1e-9 - place.t[row] > oldest or not np.isfinite(place.values[row]).all():
             continue
-        v = zero if speed is None or len(speed.t) != len(place.t) else speed.values[row]
-        psi = 0.0 if yaw is None or len(yaw.t) != len(place.t) else float(yaw.values[row, 0])
         message = kind(
             stamp=_time(at), step=step, run=0, next_step=step + 1, trajectory_time=at * 1e-9, p_w=place.values[row],
-            v_w=v,
-            a_w=zero, jerk_w=zero, snap_w=zero, yaw=psi, yaw_rate=0.0, yaw_acceleration=0.0,
+            v_w=v, a_w=a, jerk_w=zero, snap_w=zero, yaw=float(yaw[0]), yaw_rate=0.0, yaw_acceleration=0.0,
         )  # fmt: skip
         out.append((at, "reference", message))
     return out
+
+
+def _last(signal: Signal, t: Floats) -> Any:
+    """Return for each time the row that holds then, -1 before the first."""
+    return np.searchsorted(signal.t, t + 1e-9, side="right") - 1
+
+
+def _held(signal: Signal | None, t: Floats) -> Floats:
+    """Return the rows of ``signal`` that hold at ``t``, zeros before the first and without a signal."""
+    if signal is None:
+        return np.zeros((len(t), 3))
+    index = _last(signal, t)
+    held: Floats = np.where(index[:, None] >= 0, signal.values[index], 0.0)
+    return held
