@@ -21,6 +21,7 @@ setup(
             "case2 = quad_trajectory.case2",
             "file = quad_trajectory.file",
             "hover = quad_trajectory.hover",
+            "identify = quad_trajectory.identify",
             "lemniscate = quad_trajectory.lemniscate",
             "waypoints = quad_trajectory.waypoints",
         ],

@@ -36,14 +36,18 @@ TRAPS = {
 }
 
 
-def truths(truth):
-    """Return {name: true value} of what identification names so."""
+def truths(truth, voltage_ratio=1.0):
+    """Return {name: true value} of what identification names so.
+
+    ``voltage_ratio``: voltage to which the curve is referred over the simulation's mean.
+    """
     lever, (x, y, z) = truth.arm * math.sqrt(0.5), truth.inertia
+    full = truth.specific_thrust * voltage_ratio**truth.sag
     return {
-        "specific_thrust": truth.specific_thrust,
+        "specific_thrust": full,
         "thrust_offset": 0.0,
-        "thrust_linear": truth.specific_thrust * (1.0 - truth.curve),
-        "thrust_square": truth.specific_thrust * truth.curve,
+        "thrust_linear": full * (1.0 - truth.curve),
+        "thrust_square": full * truth.curve,
         "thrust_battery": truth.sag,
         "rotor_time_constant": truth.lag,
         "command_delay": truth.delay,
@@ -68,9 +72,9 @@ def run(figures):
         lever = truth.arm * math.sqrt(0.5)
         log = flight_of(flown(truth))
         began = time.process_time()
-        found = identify([log], truth.mass, (lever, lever), judge=False).parameters
-        longest = max(longest, time.process_time() - began)
-        for name, value in truths(truth).items():
+        result = identify([log], truth.mass, (lever, lever), judge=False)
+        longest, found = max(longest, time.process_time() - began), result.parameters
+        for name, value in truths(truth, result.mean_voltage / float(log.voltage.values.mean())).items():
             one = found[name]
             if one.low is not None:
                 inside = np.logical_and(np.less_equal(one.low, value), np.less_equal(value, one.high))

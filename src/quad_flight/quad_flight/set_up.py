@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from quad_core import plugins
-from quad_core.cascade import COMMANDER, RELAY, ROLES, SHADOW, SIMULATOR, STAGES
+from quad_core.cascade import COMMANDER, RELAY, ROLES, SHADOW, SIMULATOR, STAGES, VEHICLE_INTERFACES
 from quad_core.parameter_files import check_reached, dump_yaml, overrides_for, place_of, read_parameter_file
 from quad_core.parameters import ParameterError, Value, fields, flatten
 from quad_core.plugins import PluginError
@@ -114,8 +114,8 @@ def read_request(request: Request, identity: Mapping[str, Mapping[str, Value]]) 
     roles = (SIMULATOR, *(role for role in ROLES if role != SIMULATOR), *optional, *shadows)
     values = _chosen(request, request.trajectory or trajectory, roles)
     settings = parse_settings(request.settings, roles)
-    for path in files:
-        check_reached(path, roles, request.namespace)
+    for path in files:  # a vehicle's file may say what a bridge to it needs
+        check_reached(path, (*roles, *(VEHICLE_INTERFACES if path == files[0] else ())), request.namespace)
     return Asked(files, roles, shadows, values, settings, identity, request.namespace)
 
 

@@ -22,7 +22,7 @@ from quad_identify.identify import Result, identify
 from quad_identify.logs import places, read_log
 from quad_identify.model import AT
 from quad_identify.record import RecordError
-from quad_identify.vehicle_file import GRAVITY, vehicle_text, vehicle_values
+from quad_identify.vehicle_file import GRAVITY, bridge_sections, vehicle_text, vehicle_values
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -115,6 +115,7 @@ def _vehicle(
         values = vehicle_values(result, arms, layout, prior)
         names = ", ".join(path.name for path in options.logs)
         text = vehicle_text(values, result.told("command_delay"), f"Identified from {names} by scripts/identify.")
+        text += bridge_sections(result, values, arms)
     except RecordError as error:
         print(printable(f"identify: {error}"), file=sys.stderr)
         return 1

@@ -20,6 +20,7 @@ OFFSET_BELIEF = 0.5  # m/s^2: standard deviation of the specific thrust at comma
 STRENGTH_BELIEF = 0.15  # the same of a rotor's effectiveness
 FLATNESS_BELIEF = (0.88, 0.1)  # mean and standard deviation of J_zz / (J_xx + J_yy)
 OUTLIER = 6.0  # times the median error of a window
+MOST_ROUNDS = 100  # of Gauss-Newton; a fit that is stopped before its end is wrong by more than its interval
 SILENT = 0.25  # share of an axis' motion below which the fit leaves it alone
 GOOD, DOUBT = 0.9, 10.0  # share explained below which an axis of rotation counts a tenth: its model is wrong somewhere
 OF_AXIS: dict[int, tuple[str, ...]] = {
@@ -119,7 +120,7 @@ def fitted(model: Model, begin: Floats | None = None, report: Report = lambda _:
             free = np.array([index for index in free if NAMES[index] not in gone])
             model.scale = np.where(silent, 1e9, model.scale * weight)  # a bad model of an axis tells no timing
         repeats = _repeats(model, p, keep) if turn else 1.0
-        p = _descended(model, p, free, keep, repeats, rounds=10 if turn else 15)
+        p = _descended(model, p, free, keep, repeats)
         error = np.sqrt(np.mean(model.residuals(p) ** 2, axis=(1, 2)))
         keep = error < OUTLIER * np.median(error)
     model.scale = np.where(silent, 1e9, weight * np.maximum(_left(model, p)[keep].std(axis=(0, 1)), 1e-6))
@@ -143,9 +144,7 @@ def _explained(model: Model, keep: NDArray[np.bool_], p: Floats) -> Floats:
     return share
 
 
-def _descended(
-    model: Model, p: Floats, free: NDArray[np.int64], keep: NDArray[np.bool_], belief: float, rounds: int
-) -> Floats:
+def _descended(model: Model, p: Floats, free: NDArray[np.int64], keep: NDArray[np.bool_], belief: float) -> Floats:
     low, high = (np.array([BOUNDS.get(NAMES[index], (-np.inf, np.inf))[side] for index in free]) for side in (0, 1))
 
     def cost(x: Floats) -> Floats:
@@ -162,8 +161,8 @@ def _descended(
         lambda x: _slopes(cost, x, timing),
         (low, high),
         x_scale="jac",
-        max_nfev=rounds,
-        ftol=1e-6,
+        max_nfev=MOST_ROUNDS,
+        ftol=1e-7,
         xtol=1e-6,
     )
     out = p.copy()

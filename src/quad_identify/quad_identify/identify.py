@@ -115,6 +115,9 @@ def identify(
     if fit.left_out:
         notes.append(f"{WINDOW * fit.left_out:g} of {WINDOW * (fit.left_out + fit.windows):g} s left out: large errors")
     parameters = judged(evidence(model, fit, moving, mass, arms)) | state_ages(grids)
+    if any(flight.differentiated for flight in moving):
+        why = "the specific force was had from this velocity"
+        parameters["velocity_age"] = Parameter("s", None, None, None, False, why, "log an accelerometer")
     return Result(parameters, errors, notes, fit, full_speed, model.mean_voltage)
 
 

@@ -1,10 +1,18 @@
-"""Logs as identification takes them: an imported bag, or a file of others by its map."""
+"""Logs as identification takes them: a flight of ours, an imported bag, or a file of others by its map."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from quad_core.vehicle import ARRANGEMENTS
+from quad_core.cascade import COMMAND, POSITION
+from quad_core.types import Vec3, Wrench
+from quad_core.vehicle import ARRANGEMENTS, Layout, Vehicle
+from quad_dynamics.rotors import allocate_within, rotor_limit, rotor_speed
+from quad_flight_log.analysis.recorded_parameters import TOPIC
+from quad_flight_log.analysis.refly import phases_of
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.imports.importing import read_recording
@@ -21,9 +29,44 @@ def read_log(path: Path, map_name: str = "", layout: str = "") -> Flight:
     """
     if not path.is_dir() or map_name:
         recording, _ = read_recording(path, map_name)
-    else:
-        recording = _imported(path)
-    return _flight(recording, path.name, layout)
+        return _flight(recording, path.name, layout)
+    bag = open_flight(path)
+    if bag.has(TOPIC) and bag.has(COMMAND) and bag.has("state"):
+        vehicle = phases_of(bag, POSITION, None, {})[0][1].vehicle
+        return of_ours({name: bag.array(name) for name in ("state", COMMAND)}, vehicle, path.name)
+    return _flight(_imported(path), path.name, layout)
+
+
+def of_ours(topics: Mapping[str, Any], vehicle: Vehicle, name: str = "log") -> Flight:
+    """Return a flight of this stack from the tables ``state`` and ``wrench_setpoint``.
+
+    A motor's command is the speed that the nominal ``vehicle``'s allocation asks for, over the largest; the specific
+    force is the change of velocity from state to state. Samples stand at the times at which they were true.
+    """
+    state, command = topics["state"], topics[COMMAND]
+    t = state["stamp_ns"] * 1e-9
+    moved = np.diff(t - state["velocity_age"])
+    with np.errstate(divide="ignore", invalid="ignore"):  # a repeated sample: left out as not finite
+        change = np.diff(state["v_w"], axis=0) / moved[:, None]
+    level = Rotation.from_quat(state["q_wb"])
+    middle = level[:-1] * Rotation.from_rotvec(0.5 * (level[:-1].inv() * level[1:]).as_rotvec())
+    force = middle.apply(change + np.array([0.0, 0.0, vehicle.gravity]), inverse=True)
+    limit = rotor_limit(vehicle)
+    made = [
+        allocate_within(vehicle, Wrench(thrust, Vec3(*torque)), limit).rotor_speed
+        for thrust, torque in zip(command["thrust"].tolist(), command["torque_b"].tolist(), strict=True)
+    ]
+    return Flight(
+        Samples(command["stamp_ns"] * 1e-9, np.array(made) / rotor_speed(vehicle, limit)),
+        Samples((t - state["velocity_age"])[:-1] + 0.5 * moved, force),
+        Samples(t - state["rate_age"], state["omega_b"]),
+        ARRANGEMENTS["x" if vehicle.layout == Layout.X else "plus"],
+        velocity=Samples(t - state["velocity_age"], state["v_w"]),
+        attitude=Samples(t - state["attitude_age"], state["q_wb"]),
+        position=Samples(t - state["position_age"], state["p_w"]),
+        name=name,
+        differentiated=True,
+    )
 
 
 def _imported(path: Path) -> Recording:

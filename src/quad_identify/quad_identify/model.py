@@ -6,6 +6,7 @@ r"""The model that is fitted: four rotors with lag and delay, a thrust curve, a 
     phi_i = effectiveness_i (linear y_i + square y_i^2) / 4 (V / V_mean)^battery        specific thrust of a rotor
     force = (bias_x - drag v_x, bias_y - drag v_y, offset + sum phi_i - drag_z v_z)     what an accelerometer reads
     omega' = B (levers phi) + trim sum phi + damping omega + gyroscopic + (0, 0, reaction sum yaw_i y_i')
+    gyroscopic: that of the body, and of the rotors' angular momentum -J_zz reaction sum yaw_i y_i
 
 B is the torque of a rotor's thrust over the inertia: m arm / J, in 1/m. Trim is the offset of the centre of gravity.
 The rates are compared over windows of a second, each with its own mean, so that no error lives longer.
@@ -152,16 +153,24 @@ class Model:
         )
         alpha += w * p[AT["damping_x"] : AT["damping_z"] + 1]
         alpha += self.gyroscopic(p) * np.stack([w[:, 1] * w[:, 2], w[:, 0] * w[:, 2], w[:, 0] * w[:, 1]], axis=1)
-        change = self.lagged(number, p[AT["rotor_time_constant"]], p[AT["command_delay"]]).change
-        alpha[:, 2] += p[AT["reaction"]] * (change @ np.array(grid.rotors.yaw))
+        y, turns = self.lagged(number, p[AT["rotor_time_constant"]], p[AT["command_delay"]]), np.array(grid.rotors.yaw)
+        alpha[:, 2] += p[AT["reaction"]] * (y.change @ turns)
+        spin = -p[AT["reaction"]] * (y.turning_mean @ turns)  # over J_zz
+        j_x, j_y, j_z = self.inertias(p)
+        alpha[:, 0] -= j_z / j_x * spin * w[:, 1]
+        alpha[:, 1] += j_z / j_y * spin * w[:, 0]
         return force, alpha
 
-    def gyroscopic(self, p: Floats) -> Floats:
-        """Return the coefficients of the products of rates: (J_yy - J_zz) / J_xx and so on."""
+    def inertias(self, p: Floats) -> tuple[float, float, float]:
+        """Return the moments of inertia over the mass and the unit of the arms."""
         forward, left = self.arms
         x = left / _away_from_zero(p[AT["roll_torque_per_inertia"]])
         y = forward / _away_from_zero(p[AT["pitch_torque_per_inertia"]])
-        z = p[AT["flatness"]] * (x + y)
+        return x, y, float(p[AT["flatness"]]) * (x + y)
+
+    def gyroscopic(self, p: Floats) -> Floats:
+        """Return the coefficients of the products of rates: (J_yy - J_zz) / J_xx and so on."""
+        x, y, z = self.inertias(p)
         out: Floats = np.clip(np.array([(y - z) / x, (z - x) / y, (x - y) / z]), -2.0, 2.0)
         return out
 

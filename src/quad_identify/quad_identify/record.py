@@ -40,7 +40,8 @@ class Samples(NamedTuple):
 class Flight(NamedTuple):
     """One log: commands of four motors in 0..1 (or speeds in rad/s), specific force m/s^2 and body rates rad/s.
 
-    Where known: velocity m/s (world), attitude xyzw, position m (world), voltage V of the battery.
+    Where known: velocity m/s (world), attitude xyzw, position m (world), voltage V of the battery. ``differentiated``:
+    the specific force is the change of the velocity.
     """
 
     motors: Samples
@@ -53,6 +54,7 @@ class Flight(NamedTuple):
     position: Samples | None = None
     voltage: Samples | None = None
     name: str = "log"
+    differentiated: bool = False
 
 
 COLUMNS = {

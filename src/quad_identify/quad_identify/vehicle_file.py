@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from quad_core.parameters import ParameterError
-from quad_core.vehicle import Vehicle, check_inertia
+from quad_core.vehicle import ARRANGEMENTS, Vehicle, check_inertia
 from quad_identify.identify import Result
 from quad_identify.record import RecordError
 
@@ -90,6 +90,34 @@ def _lesser(
     )
     out["drag_torque_coefficient"] = (prior.get("drag_torque_coefficient", 0.0), "N m s^2: not told")
     return out
+
+
+def bridge_sections(result: Result, values: dict[str, tuple[float | str, str]], arms: tuple[float, float]) -> str:
+    """Return what bridges take of the vehicle: {node: largest thrust of a rotor in N, curve, drag ratio, places}.
+
+    The curve k u^2 + (1 - k) u goes through the command and the thrust of the hover that was identified.
+    """
+    number = {key: float(value) for key, (value, _) in values.items() if not isinstance(value, str)}
+    largest = 0.25 * number["thrust_to_weight"] * number["mass"] * GRAVITY
+    found = [result.told(name) for name in ("thrust_offset", "thrust_linear", "thrust_square")]
+    if None in found:
+        return ""
+    offset, linear, square = (float(part or 0.0) for part in found)
+    roots = np.roots([square, linear, offset - GRAVITY]) if abs(square) > 1e-9 else [(GRAVITY - offset) / linear]
+    hover = min((float(u.real) for u in np.atleast_1d(roots) if abs(u.imag) < 1e-9 and 0.0 < u.real < 1.0), default=0.5)
+    curve = min(1.0, max(0.0, (hover - 1.0 / number["thrust_to_weight"]) / (hover - hover * hover)))
+    thrust, shape = f"max_rotor_thrust: {largest:.6g}", f"thrust_curve: {curve:.4f}"
+    ratio = number["torque_coefficient"] / number["lift_coefficient"]
+    out = [f"# For --vehicle-interface NAME=FILE: hover at {hover:.4f} of the full command."]
+    for node in ("mavlink_bridge", "crazyflie_bridge"):
+        out += [f"/**/{node}:", "  ros__parameters:", f"    {thrust}", f"    {shape}"]
+    if values["layout"][0] == "x":
+        out += ["/**/px4_bridge:", "  ros__parameters:", "    airframe:", f"      {thrust}", f"      {shape}"]
+        out += [f"      drag_ratio: {ratio:.6g}", "      # thr_mdl_fac: as THR_MDL_FAC is set in PX4, if it is not 0.0"]
+        for index, (forward, left, yaw) in enumerate(zip(*ARRANGEMENTS["px4"], strict=True)):
+            px, py, km = forward * arms[0], -left * arms[1], -yaw * ratio
+            out.append(f"      rotor{index}: {{px: {px:.6g}, py: {py:.6g}, km: {km:.6g}}}")
+    return "\n".join(out) + "\n"
 
 
 def _in_prior(name: str) -> str:

@@ -11,7 +11,7 @@ from quad_identify.record import Flight, Floats
 
 ROTATION_RATE = 225.0  # Hz of motors and gyro: 250 less what clocks are off
 TIMING_RATE = 225.0  # Hz below which the moment of a command is known to its period alone
-GRID = 0.06  # of a period: standard deviation of a timing by the grid alone
+GRID = 0.12  # of a period: standard deviation of a timing by the grid alone
 SAG = 0.02  # of the thrust: standard deviation where a battery sags unseen
 CURVE_RATE = 90.0  # Hz below which commands between the logged ones make the curve wrong
 HARDLY = 0.02  # standard deviation over mean of the command: less is a hover

@@ -41,7 +41,7 @@ class Manoeuvre(NamedTuple):
     roll: float = 0.25
     pitch: float = 0.25
     yaw: float = 0.6
-    thrust: float = 0.3
+    thrust: float = 0.25
 
 
 class Noise(NamedTuple):

@@ -6,11 +6,14 @@ import pytest
 from samples import log_of
 from simulated import Truth
 
+from quad_autopilot.thrust import signal
+from quad_core.parameter_files import overrides_for, read_parameter_file
 from quad_flight.flight import fly, from_names
 from quad_identify.cli import main
 from quad_identify.identify import identify
+from quad_identify.logs import of_ours
 from quad_identify.record import RecordError
-from quad_identify.vehicle_file import vehicle_text, vehicle_values
+from quad_identify.vehicle_file import bridge_sections, vehicle_text, vehicle_values
 
 TRUTH = Truth()
 LEVER = TRUTH.arm * math.sqrt(0.5)
@@ -21,16 +24,72 @@ def result():
     return identify([log_of(TRUTH)], TRUTH.mass, (LEVER, LEVER), judge=False)
 
 
-def test_the_file_flies_and_hovers_at_the_true_command(result, tmp_path):
-    values = vehicle_values(result, (LEVER, LEVER), "x", {})
-    path = tmp_path / "mine.yaml"
-    path.write_text(vehicle_text(values, result.told("command_delay"), "test"))
-    flown = from_names("hover", vehicle=str(path), duration=3.0)
+def written(result, arms, path):
+    values = vehicle_values(result, arms, "x", {})
+    text = vehicle_text(values, result.told("command_delay"), "test") + bridge_sections(result, values, arms)
+    path.write_text(text)
+    return str(path)
+
+
+@pytest.mark.parametrize("curve", [0.0, 0.8])
+def test_the_file_flies_unedited_and_a_bridge_hovers_at_the_true_command(curve, tmp_path):
+    truth = Truth(curve=curve)
+    found = identify([log_of(truth)], truth.mass, (LEVER, LEVER), judge=False)
+    path = written(found, (LEVER, LEVER), tmp_path / "mine.yaml")
+    flown = from_names("hover", vehicle=path, duration=3.0)
     vehicle = flown.setup.vehicle
-    assert vehicle.thrust_to_weight == pytest.approx(TRUTH.specific_thrust / 9.81, rel=0.02)
-    assert vehicle.arm_length == pytest.approx(TRUTH.arm)
-    assert vehicle.inertia_yy == pytest.approx(TRUTH.inertia[1], rel=0.05)
+    assert vehicle.thrust_to_weight == pytest.approx(truth.specific_thrust / 9.81, rel=0.02)
+    assert vehicle.arm_length == pytest.approx(truth.arm)
+    assert vehicle.inertia_yy == pytest.approx(truth.inertia[1], rel=0.05)
     assert fly(flown).outcome == "ended"
+    share = 9.81 / truth.specific_thrust
+    for node, airframe in (("px4_bridge", "airframe."), ("mavlink_bridge", ""), ("crazyflie_bridge", "")):
+        own = overrides_for([read_parameter_file(tmp_path / "mine.yaml")], node)
+        assert own[f"{airframe}thrust_curve"] == pytest.approx(curve, abs=0.1)
+        largest = own[f"{airframe}max_rotor_thrust"]
+        command = signal(0.25 * truth.mass * 9.81 / largest, own[f"{airframe}thrust_curve"])
+        assert curve * command**2 + (1.0 - curve) * command == pytest.approx(share, rel=0.03)
+
+
+@pytest.fixture(scope="module")
+def own_flight():
+    """Return (name, value) of a vehicle and what a flight of ``identify`` tells of it, late and noisy as outdoors."""
+    noise = ["position_noise=0.01", "velocity_noise=0.02", "attitude_noise=3.4907e-3", "rate_noise=8.7266e-3"]
+    late = ["sensor.delay=0.01", "disturbance=timeline", "timeline.events=link delay=0.008"]
+    settings = [f"simulator.{text}" for text in (*(f"sensor.{each}" for each in noise), *late)]
+    flight = from_names(
+        "identify",
+        vehicle="x500",
+        preset="x500",
+        duration=15.0,
+        settings=[*settings, "vehicle.rotor_time_constant=0.04"],
+    )
+    flown = fly(flight)
+    assert flown.outcome == "ended"
+    vehicle = flight.setup.vehicle
+    lever = vehicle.arm_length * math.sqrt(0.5)
+    return vehicle, identify([of_ours(flown.topics, vehicle)], vehicle.mass, (lever, lever), judge=False), lever
+
+
+def test_a_flight_of_the_manoeuvre_tells_the_vehicle(own_flight):
+    vehicle, result, _ = own_flight
+    assert result.told("specific_thrust") == pytest.approx(vehicle.thrust_to_weight * 9.81, rel=0.02)
+    assert result.told("rotor_time_constant") == pytest.approx(0.04, abs=0.003)
+    assert result.told("command_delay") == pytest.approx(0.008, abs=0.002)
+    for axis in ("xx", "yy", "zz"):
+        assert result.told(f"inertia_{axis}") == pytest.approx(getattr(vehicle, f"inertia_{axis}"), rel=0.05)
+    assert not result.parameters["velocity_age"].told
+
+
+def test_the_identified_file_hovers_at_the_command_of_the_true_vehicle(own_flight, tmp_path):
+    _, result, lever = own_flight
+    shares = []
+    for name in ("x500", written(result, (lever, lever), tmp_path / "mine.yaml")):
+        flight = from_names("hover", vehicle=name, preset="x500", duration=2.0)
+        vehicle = flight.setup.vehicle
+        thrust = fly(flight).topics["wrench_setpoint"]["thrust"][-100:].mean()
+        shares.append(math.sqrt(thrust / (vehicle.thrust_to_weight * vehicle.mass * vehicle.gravity)))
+    assert shares[1] == pytest.approx(shares[0], rel=0.03)
 
 
 def test_arms_of_two_lengths_keep_the_rotation(result):
