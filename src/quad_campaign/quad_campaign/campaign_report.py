@@ -7,6 +7,8 @@ import numpy as np
 import pandas as pd
 
 from quad_campaign.definition import Definition, command
+from quad_campaign.influence import influences
+from quad_campaign.pairs import Pairs
 from quad_core.parameters import Value
 from quad_flight.score import FIGURES
 from quad_flight.variation import SEED, Variation
@@ -59,8 +61,17 @@ def text(definition: Definition, frame: pd.DataFrame) -> str:
     return f"{good} of {flights} flights succeeded: {100 * share:.2f} %, {bounds}{asked}"
 
 
-def page(definition: Definition, variation: Variation, frame: pd.DataFrame, about: dict[str, Any]) -> Page:
-    """Return the page: verdict, three numbers, the errors of all flights, then the parameters and the worst flights."""
+def page(
+    definition: Definition,
+    variation: Variation,
+    frame: pd.DataFrame,
+    about: dict[str, Any],
+    beside: tuple[str, Pairs] | None = None,
+) -> Page:
+    """Return the page: verdict, three numbers, the errors of all flights, then the parameters and the worst flights.
+
+    ``beside``: the name of a campaign that drew the same values, and what came of the pairs.
+    """
     found, ended = success(frame), frame[frame["outcome"] == "ended"]
     rows = [
         [str(q), *(f"{value:.4g}" for value in row)]
@@ -72,7 +83,10 @@ def page(definition: Definition, variation: Variation, frame: pd.DataFrame, abou
         for row in worst(frame).to_dict("records")
     ]
     body: list[Figure | str] = [heading("", definition.about), _curve(ended)]
+    if beside is not None:
+        body += [heading(f"Beside {beside[0]}, flight by flight", pairs_text(*beside)), _pairs_table(*beside)]
     body += [heading("Quantiles of the flights that ended"), table(head, rows)]
+    body += _ranking(definition, frame)
     body += [heading("Worst flights"), table(("flight", "outcome", "RMSE [m]", "over ROS, with a bag"), cases)]
     body += [heading("RMSE over each parameter", f"The first {min(len(frame), _DRAWN)} flights.")]
     body += _scatters(definition, variation, frame)
@@ -84,6 +98,42 @@ def page(definition: Definition, variation: Variation, frame: pd.DataFrame, abou
         numbers += [(f"{1000 * ended['rmse'].quantile(0.95):.3g} mm", "RMSE, 95 % of the flights")]
     verdict = ("good" if found.good == found.flights else "failed", text(definition, frame))
     return Page(f"Campaign {definition.name}", str(about["command"]), facts, body, verdict, numbers)
+
+
+def pairs_text(name: str, pairs: Pairs) -> str:
+    """Return in a sentence which of two campaigns has the smaller errors, as far as the flights tell."""
+    sides = {True: "smaller", False: "larger"}
+    told = not pairs.low <= 1.0 <= pairs.high
+    verdict = (
+        f"RMSE {sides[pairs.ratio < 1.0]} than that of {name}" if told else f"no difference of RMSE to {name} told"
+    )
+    bounds = f"median ratio {pairs.ratio:.3f}, 95 % bounds {pairs.low:.3f} to {pairs.high:.3f}"
+    return f"{verdict}: {bounds}, {pairs.ended} flights that both ended."
+
+
+def _pairs_table(name: str, pairs: Pairs) -> str:
+    rows = [
+        ["both", str(pairs.both)],
+        ["this one alone", str(pairs.ours_alone)],
+        [f"{name} alone", str(pairs.theirs_alone)],
+        ["neither", str(pairs.neither)],
+        ["p that chance alone gives it (McNemar, exact)", f"{pairs.p:.3g}"],
+    ]
+    return table(("success of", "flights"), rows)
+
+
+def _ranking(definition: Definition, frame: pd.DataFrame) -> list[Figure | str]:
+    rows = [
+        [each.parameter, f"{100 * each.share:.1f} %", f"{each.p:.2g}", each.best if each.p < 0.05 else "not told"]
+        for each in influences(frame, definition.vary)
+    ]
+    if not rows:
+        return []
+    head = ("parameter", "share of the order of flights", "p that chance alone gives it", "best flights at")
+    about = (
+        "How much of the order of flights by RMSE each parameter explains alone; what it does with others is left out."
+    )
+    return [heading("Which parameters decide", about), table(head, rows)]
 
 
 def _refly(definition: Definition, row: dict[str, Any]) -> str:
