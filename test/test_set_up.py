@@ -1,6 +1,7 @@
 """scripts/setup and scripts/env.sh refuse at once what would be mixed up or ignored; nothing is built here."""
 
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -8,6 +9,7 @@ import sys
 import time
 
 import pytest
+import yaml
 from flying import ROOT
 
 pytestmark = pytest.mark.unit
@@ -182,3 +184,11 @@ def test_fly_by_hand_explains_itself_and_refuses_unknown_words():
     code, said, _ = run([ROOT / "scripts/fly_by_hand.sh", "--nonsense"])
     assert (code, len(said.splitlines())) == (2, 1), said
     assert "--nonsense" in said
+
+
+def test_the_workflow_s_matrix_is_the_pythons_that_set_up_takes():
+    text = (ROOT / "scripts/setup").read_text(encoding="utf-8")
+    tried = re.search(r"for version in \$\{ros:\+3\} ([\d. ]+);", text)[1].split()
+    workflow = yaml.safe_load((ROOT / ".github/workflows/test.yml").read_text(encoding="utf-8"))
+    assert workflow["jobs"]["test"]["strategy"]["matrix"]["python"] == sorted(tried)
+    assert [step["run"] for step in workflow["jobs"]["test"]["steps"] if "run" in step] == [".ci/run"]

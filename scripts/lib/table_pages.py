@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+import api_pages
 import mode_pages
 import yaml
 
@@ -278,6 +279,7 @@ def argument_row(action: argparse.Action) -> list[str]:
 def pages() -> dict[str, str]:
     """Return {file name in docs/reference: text} of all pages of this module."""
     return {
+        "api.md": api_pages.page(),
         "command_line.md": command_page(),
         "metrics.md": metrics_page(),
         "modes.md": modes_page(),
