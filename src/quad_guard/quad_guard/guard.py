@@ -101,8 +101,8 @@ class Report(NamedTuple):
 
 
 FRESH_MEMORY = Memory(
-    mode=GuardMode.PASS,
-    reason=GuardReason.GOOD,
+    mode=int(GuardMode.PASS),  # of an enumeration Numba finds the type in Python, at every call
+    reason=int(GuardReason.GOOD),
     since=0,
     first_step=-1,
     wrench=Wrench(),
