@@ -49,6 +49,8 @@ def test_help_shows_every_option_with_examples():
         (["hover", "--duration", "0"], ["hover.duration", "0.0"]),
         (["hover", "--duration", "nan"], ["hover.duration", "nan"]),
         (["hover", "--fast"], ["--fast"]),
+        (["--step", "jump"], ["--step", "jump", "hop"]),
+        (["--step", "full"], ["--step full", "found no mission"]),
         (["hover", "--domain", "233"], ["233", "0 to 232"]),
         (["hover", "--namespace", "a b"], ["--namespace", "a b"]),
         (["hover", "--namespace", "2uav"], ["--namespace", "2uav"]),

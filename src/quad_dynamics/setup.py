@@ -28,6 +28,6 @@ setup(
             "none = quad_dynamics.no_disturbance",
             "timeline = quad_dynamics.timeline",
         ],
-        "quad.sensing": ["sensor = quad_dynamics.sensor"],
+        "quad.sensing": ["hand = quad_dynamics.hand", "sensor = quad_dynamics.sensor"],
     },
 )

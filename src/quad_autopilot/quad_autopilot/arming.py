@@ -7,7 +7,8 @@
 
 The commander's mode (``Inputs.intent``) leads from STANDBY on. An own take-off of the autopilot is
 FLY -> CLIMB -> RETURN -> FLY, a landing of ours ends with FLY -> DISARM -> LANDED, and a flight that the commander
-ends on the ground with STANDBY -> LANDED.
+ends on the ground with STANDBY -> LANDED. Beyond a limit of its step the vehicle is handed back: FLY -> HAND_BACK ->
+RELEASED, and where the autopilot cannot hold its place FLY -> LAND.
 
 ``step`` is called every 20 ms and is pure; ``RULES`` is the table of all that ends a phase. An autopilot leaves the
 offboard mode by itself a while after the last heartbeat (PX4: COM_OF_LOSS_T, 1.0 s unless set), and follows the last
@@ -37,7 +38,7 @@ from quad_autopilot.evidence import (
 )
 from quad_autopilot.parameters import ArmingParameters
 
-STREAM, MODE, ARM, SPOOL_UP, FLY, LAND, LANDED, RELEASED, PROBE, STANDBY, CLIMB, RETURN, DISARM = Phase
+STREAM, MODE, ARM, SPOOL_UP, FLY, LAND, LANDED, RELEASED, PROBE, STANDBY, CLIMB, RETURN, DISARM, HAND_BACK = Phase
 _UNAWARE = (
     "arming refused: {p.name} noticed {noticed} that the stream of setpoints had stopped, expected within "
     "{p.loss_limit:g} s: {p.loss_advice}"
@@ -84,6 +85,11 @@ RULES: tuple[tuple[tuple[Phase, ...], Callable[[Evidence], bool], Phase | None, 
     ((ARM, SPOOL_UP, FLY), E.is_taken_by_unnamed, None, ""),
     ((ARM, SPOOL_UP), E.is_taken, RELEASED, "{taken} before the flight: {now}"),
     ((FLY,), E.is_taken, RELEASED, "{taken} in flight: {now}"),
+    ((FLY, RETURN), E.has_to_hold, HAND_BACK, "{i.beyond}; {p.name} was asked to hold its place"),
+    ((FLY, RETURN), E.is_beyond, LAND, "{i.beyond}"),
+    ((HAND_BACK,), E.is_disarmed, RELEASED, ""),
+    ((HAND_BACK,), flies_other_than(Control.OURS, Control.UNSAID), RELEASED, ""),
+    ((HAND_BACK,), E.does_not_hold, LAND, "{p.name} does not hold its place:{answer}"),
     ((*_ARMING, FLY, *_TAKE_OFF), E.has_to_land, LAND, "{i.stop}"),
     ((*_GROUND, *_ARMING), E.has_to_end, RELEASED, "{i.stop}"),
     # on the ground, up to the first request

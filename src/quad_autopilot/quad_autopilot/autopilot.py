@@ -61,11 +61,12 @@ class Ack(NamedTuple):
 
 
 class Request(NamedTuple):
-    """A command with its first two parameters; ``attempt`` counts from 0."""
+    """A command with its first three parameters; ``attempt`` counts from 0."""
 
     command: int
     param1: float = math.nan
     param2: float = math.nan
+    param3: float = 0.0
     attempt: int = 0
 
 
@@ -81,9 +82,9 @@ class Profile(NamedTuple):
 
     ``offboard`` names the mode in which it follows our setpoints, ``status`` and ``state`` the messages that say how it
     is and where the vehicle is, ``hint`` what to look for when they do not come. ``mode``: how that mode is asked for,
-    None where a pilot chooses it. ``loss_limit``: s within which it must
-    notice a stream that stops before it is armed, 0: not tested; ``loss_advice``: what to set where it does not.
-    ``idle_hint``: its parameter that disarms a vehicle that does not take off.
+    None where a pilot chooses it; ``hold``: how it is told to hold its place, None where it cannot. ``loss_limit``: s
+    within which it must notice a stream that stops before it is armed, 0: not tested; ``loss_advice``: what to set
+    where it does not. ``idle_hint``: its parameter that disarms a vehicle that does not take off.
     """
 
     name: str
@@ -96,6 +97,7 @@ class Profile(NamedTuple):
     land: Request = Request(NAV_LAND)
     takeoff: Request = Request(NAV_TAKEOFF)
     disarm: Request = Request(ARM_DISARM, 0.0)
+    hold: Request | None = None
     loss_limit: float = 0.0
     loss_advice: str = ""
     idle_hint: str = ""

@@ -31,11 +31,15 @@ from quad_autopilot.evidence import Inputs, Intent, Memory, Phase
 from quad_autopilot.parameters import Flier
 from quad_core.cascade import ATTITUDE, STAGES
 from quad_core.cycle import seconds
+from quad_core.enumerations import GuardReason
+from quad_core.geometry import ZERO, add, norm, subtract, tilt
 from quad_core.lift_off import lifted_off, standing
 from quad_core.parameters import ParameterError
 from quad_core.safe import level_hover
 from quad_core.standing import Standing
 from quad_core.types import Actuation, AttitudeThrust, VehicleState, with_ground
+from quad_guard.guard import REASONS
+from quad_guard.step_limits import broken_limit, within_thrust_range
 from quad_msgs.msg import AutopilotStatus, FlightMode, FlightState
 from quad_node.codec import UNUSABLE, Stamped, unpacker
 from quad_node.command_link import CommandLink
@@ -54,7 +58,8 @@ _RESET_TILT, _RESET_HEADING = math.radians(10.0), math.radians(18.0)
 """Jumps that are flown through. PX4 turns its heading by 4 to 26 degrees when it first trusts the compass in the air;
 the guard refuses samples from 20 degrees on."""
 _LAST_WORDS = 3
-_ALOFT = (Phase.SPOOL_UP, Phase.FLY, Phase.LAND, Phase.CLIMB, Phase.RETURN, Phase.DISARM)
+_OURS = (Phase.FLY, Phase.RETURN)
+_ALOFT = (Phase.SPOOL_UP, *_OURS, Phase.LAND, Phase.CLIMB, Phase.DISARM, Phase.HAND_BACK)
 _TELL_EVERY, _COMMANDER_ENDS = 0.5, 1.0  # s between two messages on flight/autopilot; for the commander to end a flight
 
 
@@ -75,7 +80,7 @@ class AutopilotFlight:
     attitude_setpoint, else by wrench_setpoint.
 
     What it reads: ``sample`` and ``state``, the last estimate, ``heard`` at s of ``clock``; ``origin``, the estimate's
-    time of step 0 in us, -1 before; ``lift``, where the ground is.
+    time of step 0 in us, -1 before; ``lift``, where the ground is; ``beyond``, which limit of the step is broken.
     """
 
     def __init__(
@@ -120,6 +125,7 @@ class AutopilotFlight:
         self._unanswered_at, self._beat_at = math.inf, math.inf
         self._is_landing = self._has_climbed = False
         self.lift, self._standing = standing(0.0), Standing()
+        self.limits, self.beyond, self._home = leader.guard.parameters.step, "", ZERO
         self._spacings: deque[int] = deque(maxlen=_SPACINGS)
         self.large_resets = 0
         self._told: dict[str, Any] = {}
@@ -165,18 +171,37 @@ class AutopilotFlight:
             is_reset = odometry.is_reset(jump, self.settings.reset_limit)
             if is_reset if uncounted else sample.reset_counter != last.reset_counter:
                 is_shifted = self._note_reset(jump)
-                moved = state.p_w.z - self.state.p_w.z
-                self.lift = self.lift._replace(ground_z=self.lift.ground_z + moved)  # it moves along
+                moved = subtract(state.p_w, self.state.p_w)  # ground and home move along
+                self._home = add(self._home, moved)
+                self.lift = self.lift._replace(ground_z=self.lift.ground_z + moved.z)
         is_flying = self.phase in (Phase.FLY, Phase.LAND, Phase.CLIMB, Phase.RETURN)
         is_flying = is_flying and self.commander.armed  # else its rotors idle: it stands
         if not is_flying:
             self._standing.note(1e-6 * sample.timestamp_sample, state)
+            self._home = state.p_w
         self.lift = lifted_off(self.lift, state, is_flying, 1e-6 * elapsed)
         state = with_ground(state, self.lift.ground_z, self.lift.on_ground)
+        if self.phase in _OURS and is_flying:
+            self._watch_limits(state)
         self.sample, self.state, self.heard = sample, state, self.clock()
         # the commander looks at the vehicle before it is armed, and while the autopilot flies it
         is_due = self.leader.phase == FlightState.FLYING and self.phase != Phase.RELEASED
         return Taken(True, is_due and self._publish_step(sample, state), is_shifted)
+
+    def _watch_limits(self, state: VehicleState) -> None:
+        """Note the first limit of the step that ``state`` is beyond."""
+        at, v = subtract(state.p_w, self._home), norm(state.v_w)
+        broken = broken_limit(self.limits, self._home, state.ground_z, state.p_w, state.v_w, state.q_wb)
+        if broken != GuardReason.GOOD and not self.beyond:
+            here = f"{at.x:.2f} {at.y:.2f} {state.p_w.z - state.ground_z:.2f} m from the take-off"
+            lean = math.degrees(tilt(state.q_wb))
+            self.beyond = f"{REASONS[broken]} (found {here}, {v:.2f} m/s, {lean:.1f} deg)"
+
+    def within_thrust_range(self, newtons: float) -> float:
+        """Return the thrust in N that may go to the autopilot for one of ``newtons``."""
+        state, vehicle = self.state, self.node.vehicle
+        low = state is None or state.p_w.z - state.ground_z <= self.leader.guard.parameters.contact.stop_height
+        return within_thrust_range(self.limits, vehicle.mass * vehicle.gravity, newtons, low)
 
     def _note_reset(self, jump: odometry.Jump) -> bool:
         """Report a jump of the estimate; return whether it is a shift that the guard need not doubt."""
@@ -222,6 +247,7 @@ class AutopilotFlight:
             return None
         self.note_command()
         setpoint: AttitudeThrust = stamped.value
+        setpoint = setpoint._replace(thrust=self.within_thrust_range(setpoint.thrust))
         return setpoint if self.may_fly() and self.state is not None else None
 
     def _setpoint_refusal(self, stamped: Stamped) -> str:
@@ -240,7 +266,7 @@ class AutopilotFlight:
 
     def may_fly(self) -> bool:
         """Return whether the controllers' commands go to the autopilot."""
-        if not self.commander.armed or self._intent() == Intent.CLIMB:
+        if self.beyond or not self.commander.armed or self._intent() == Intent.CLIMB:
             return False
         return self.phase == Phase.RETURN or (self.phase == Phase.FLY and self.is_obeyed())
 
@@ -282,6 +308,7 @@ class AutopilotFlight:
             # while the commander is arming: what it still waits for
             self._refusal() if phase == Phase.STREAM else self.commander.answer_text if intent == Intent.IDLE else "",
             self.stop,
+            self.beyond,
             now - self.spoke_at,
             intent,
             self.commander.is_over,

@@ -16,6 +16,8 @@ PROBE_PATIENCE = 3.0
 """Seconds of PROBE after which the autopilot counts as one that does not notice a lost stream."""
 DISARMED_WITHIN = 3.0
 """Seconds for disarming on the ground after a landing of ours."""
+HELD_WITHIN = 1.0
+"""Seconds for an autopilot to hold its place when it gets the vehicle back."""
 SILENT_FOR = 5.0
 """Seconds without any message after which the landing of an autopilot is not waited for."""
 
@@ -49,6 +51,8 @@ class Phase(IntEnum):
     """For our mode after the autopilot's take-off."""
     DISARM = 12
     """On the ground: for the autopilot to disarm."""
+    HAND_BACK = 13
+    """Beyond a limit of the step nothing is sent: for the autopilot to hold its place."""
 
 
 class Intent(IntEnum):
@@ -72,7 +76,8 @@ class Inputs(NamedTuple):
     ``now`` is the steady clock, ``autopilot_time`` the autopilot's own. ``command_age``: for how long a state
     has waited for a command. ``refusal``: why the flight must not begin, empty if it may; while the commander is
     arming, what it still waits for. ``stop``: why it must end now, empty if it need not. ``silence``: time since the
-    autopilot sent anything. ``is_over``: the commander has ended the flight. ``moves``: the estimate does not rest yet.
+    autopilot sent anything. ``beyond``: which limit of the step is broken, empty if none. ``is_over``: the commander
+    has ended the flight. ``moves``: the estimate does not rest yet.
     """
 
     now: float
@@ -83,6 +88,7 @@ class Inputs(NamedTuple):
     state_age: float = math.inf
     refusal: str = ""
     stop: str = ""
+    beyond: str = ""
     silence: float = 0.0
     intent: Intent = Intent.FLY
     is_over: bool = False
@@ -122,6 +128,7 @@ def asked_in(profile: Profile, phase: Phase) -> Request | None:
         Phase.RETURN: profile.mode,
         Phase.LAND: profile.land,
         Phase.DISARM: profile.disarm,
+        Phase.HAND_BACK: profile.hold,
     }.get(phase)
 
 
@@ -213,6 +220,18 @@ class Evidence:
     def has_to_land(self) -> bool:
         """The flight must end now, and the motors may turn."""
         return self.has_to_end() and self.said.armed
+
+    def has_to_hold(self) -> bool:
+        """A limit of the step is broken, and the autopilot can hold its place."""
+        return bool(self.inputs.beyond) and self.profile.hold is not None
+
+    def is_beyond(self) -> bool:
+        """A limit of the step is broken."""
+        return bool(self.inputs.beyond)
+
+    def does_not_hold(self) -> bool:
+        """The autopilot does not say that it holds its place."""
+        return self.elapsed > HELD_WITHIN
 
     def is_taken(self) -> bool:
         """Our mode was taken away."""

@@ -46,7 +46,7 @@ class Flight:
             return None
         if result == 0:
             if request.command == MODE:
-                self.nav_state = 14
+                self.nav_state = 4 if request.param3 == 3.0 else 14
             elif request.command == ARM:
                 self.arming_state = 2
             else:

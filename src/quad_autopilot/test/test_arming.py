@@ -7,7 +7,7 @@ from sequence_flights import ARM, LAND, MODE, PARAMETERS, PROFILE, TICK, UNSAID,
 
 from quad_autopilot import arming
 from quad_autopilot.arming import Setpoint
-from quad_autopilot.autopilot import COMMANDS, Ack
+from quad_autopilot.autopilot import COMMANDS, Ack, Request
 from quad_autopilot.evidence import PROBE_PATIENCE, Inputs, Intent, Phase
 
 LOSSY = PROFILE._replace(loss_limit=0.25, loss_advice="set COM_OF_LOSS_T to 0.1")
@@ -37,6 +37,29 @@ def test_from_the_ground_to_the_ground():
     output = flight.run(Phase.LANDED)
     assert output.reason == ""
     assert asked(flight) == [MODE, ARM, LAND]
+
+
+HOLDS = PROFILE._replace(hold=Request(MODE, 1.0, 4.0, 3.0))
+
+
+@pytest.mark.parametrize(
+    ("profile", "deaf", "phases", "requests", "words"),
+    [
+        (HOLDS, (), [Phase.HAND_BACK, Phase.RELEASED], [MODE], "too fast; PX4 was asked to hold its place"),
+        (HOLDS, {MODE}, [Phase.HAND_BACK, Phase.LAND], [MODE, MODE, LAND], "PX4 does not hold its place"),
+        (PROFILE, (), [Phase.LAND], [LAND], "too fast; PX4 lands"),
+    ],
+)
+def test_beyond_a_limit_of_the_step_the_vehicle_is_handed_back_at_once(profile, deaf, phases, requests, words):
+    flight = flying(profile=profile)
+    flight.requests.clear()
+    flight.phases.clear()
+    flight.deaf = deaf
+    output = flight.tick(beyond="too fast")
+    assert (output.heartbeat, output.setpoint) == (False, Setpoint.NONE if profile is HOLDS else Setpoint.LEVEL)
+    flight.run(phases[-1], beyond="too fast")
+    assert (flight.phases, asked(flight)) == (phases, requests)
+    assert words in flight.output.reason
 
 
 @pytest.mark.parametrize("command", [MODE, ARM])

@@ -6,8 +6,8 @@ from unittest.mock import Mock
 import pytest
 
 from quad_autopilot.autopilot_flight import AutopilotFlight
-from quad_core.guard_parameters import GuardParameters
-from quad_core.types import AttitudeThrust, Quat, Vec3
+from quad_core.guard_parameters import GuardParameters, StepLimits
+from quad_core.types import AttitudeThrust, Quat, Vec3, VehicleState
 from quad_node.codec import Stamped
 
 PERIOD, NOW = 4_000_000, 1000
@@ -20,6 +20,7 @@ def sent(value, step=NOW, finite=True):
     flight.node = Mock(current_step=NOW, **{"flight.plant_period": PERIOD})
     flight._unpack_setpoint.return_value = Stamped(step, step + 1, step * PERIOD, value, finite)
     flight._setpoint_refusal = lambda stamped: AutopilotFlight._setpoint_refusal(flight, stamped)
+    flight.within_thrust_range = lambda newtons: min(newtons, 9.0)
     flown, reject = AutopilotFlight.accepted(flight, b""), flight.node.events.reject
     assert flight.note_command.called == (flown is not None) != reject.called
     return flown, str(reject.call_args)
@@ -28,6 +29,17 @@ def sent(value, step=NOW, finite=True):
 @pytest.mark.parametrize("step", [NOW, NOW - 2, NOW - 25])
 def test_an_answer_to_a_state_of_the_last_100_ms_is_flown(step):
     assert sent(LEVEL, step)[0] == LEVEL
+    assert sent(LEVEL._replace(thrust=20.0), step)[0] == LEVEL._replace(thrust=9.0)
+
+
+def test_the_first_limit_that_is_broken_ends_the_stream_and_is_named():
+    flight = Mock(limits=StepLimits(speed=0.5, box=1.0), beyond="", _home=Vec3(5.0, 0.0, 0.0))
+    for x, v, said in ((5.9, 0.4, ""), (6.1, 0.4, "out of the box of the step"), (6.2, 0.9, "out of the box")):
+        state = VehicleState(p_w=Vec3(x, 0.0, 0.5), v_w=Vec3(v, 0.0, 0.0))
+        AutopilotFlight._watch_limits(flight, state)
+        assert flight.beyond.startswith(said)
+    assert "(found 1.10 0.00 0.50 m from the take-off, 0.40 m/s, 0.0 deg)" in flight.beyond
+    assert not AutopilotFlight.may_fly(flight)
 
 
 @pytest.mark.parametrize(("step", "age"), [(NOW - 26, "0.104 s"), (0, "4 s"), (NOW + 1, "-0.004 s")])

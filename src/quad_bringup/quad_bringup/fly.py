@@ -10,17 +10,18 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from quad_bringup import surroundings, vehicle_interface, view
+from quad_bringup import steps, surroundings, vehicle_interface, view
 from quad_bringup.domains import reserved_domain
 from quad_bringup.mission_file import read_mission
 from quad_bringup.ros_flight import BAD_SETUP, FAILED, Planned, fly
 from quad_bringup.supervisor import Interrupted, Interrupts, interrupts
 from quad_bringup.terminal import complain, say
 from quad_core import plugins
-from quad_core.cascade import RECORDER, ROLES
+from quad_core.cascade import RECORDER, ROLES, SIMULATOR
 from quad_core.command_line import Parser, open_streams
 from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
+from quad_core.resolution import Resolved
 from quad_flight import configuration
 from quad_flight.set_up import Request, resolve_flight, summary, unfelt_wind
 from quad_flight_log.analysis.flight_checks import read_limits
@@ -37,6 +38,7 @@ _EXAMPLES = """examples:
   scripts/fly case1 --start printed --set vehicle.thrust_to_weight=4
   scripts/fly --mission takeoff,case2,hold:5,land         take-off, modes and landing: a commander is the sixth node
   scripts/fly hover --vehicle my_quadrotor.yaml --limits position_rmse=0.05 --out flights/mine
+  scripts/fly --step hop --vehicle my_quadrotor.yaml      a first flight within narrow limits, after --step bench
   scripts/fly hover --own trajectory="python3 examples/own_nodes/trajectory.py"
 
 NODE: a role (docs/reference/parameters lists them), or flight or vehicle for all nodes.
@@ -69,6 +71,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _cases(options: argparse.Namespace) -> list[str]:
     options.trajectory = None
+    if options.step is not None:
+        options.mission = steps.mission_of(options.step, options.mission)
     if options.mission is not None:
         options.mission, options.trajectory, of_mission = read_mission(options.mission)
         options.settings = [*of_mission, *options.settings]
@@ -140,6 +144,7 @@ def _parser() -> argparse.ArgumentParser:
         ("--seed", "N", "seed of the disturbance (default: 1)", {"type": int}),
         ("--duration", "S", "flight time from t = 0 of the curve, after the approach", {"type": float}),
         ("--mission", "ITEMS", "takeoff[:height], a trajectory, hold:seconds, land, with commas; or a YAML file", {}),
+        ("--step", "STEP", f"first flights, each after the last: {', '.join(steps.STEPS)}", {"choices": steps.STEPS}),
         ("--shadow", "LAW", f"it computes and is recorded, not used; {both}", {**several, "dest": "shadows"}),
         ("--own", "NODE=COMMAND", "start COMMAND in place of a node, with the flight's --ros-args", several),
         ("--vehicle-interface", "NAME=FILE", "px4, joined, mavlink, crazyflie: its bridge flies", {}),
@@ -175,7 +180,8 @@ def _directories(options: argparse.Namespace, cases: list[str], made: list[Path]
     """Make and return the bag directory of each case; what was made is noted in ``made``."""
     top = options.out
     if top is None:
-        top = _numbered(f"{options.case or 'paper'}-{1 if options.seed is None else options.seed}", made)
+        name = options.step or options.case or "paper"
+        top = _numbered(f"{name}-{1 if options.seed is None else options.seed}", made)
     directories = [top] if options.case else [top / case for case in cases]
     for directory in directories:
         if directory.is_dir() and not any(directory.iterdir()):
@@ -231,9 +237,14 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
     own, run_id = _own(options), f"{case}-{secrets.token_hex(4)}"
     asked = {name: value for name, value in vars(options).items() if name in Request._fields}
     settings = [*vehicle_interface.settings(options), *options.settings]
+    if options.step is not None:
+        fixed = [f"{SIMULATOR}.{name}={value!r}" for name, value in steps.limit_values(options.step).items()]
+        simulated = SIMULATOR not in own and options.scenario is None
+        settings = [*steps.settings(options.step, simulated), *settings, *fixed]
     request = Request(**{**asked, "case": case, "settings": settings})
     identity = {"/**": {"flight.run_id": run_id}, RECORDER: {"directory": str(directory.resolve())}}
     nodes = resolve_flight(request, identity)
+    step = _opened_step(options, nodes, directory) if options.step is not None else ""
     usual = vehicle_interface.AUTOPILOT if options.vehicle_interface else summary(nodes)["start"]
     if usual not in configuration.names(configuration.LIMITS):  # the trajectory has another kind of start
         usual = "approach"
@@ -251,4 +262,14 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
         limits=read_limits(limits),
         one_process=options.one_process,
         own=own,
+        step=step,
     )
+
+
+def _opened_step(options: argparse.Namespace, nodes: dict[str, Resolved], directory: Path) -> str:
+    """Return what the bag notes of the step that is flown, say what opened it; raises ParameterError if nothing did."""
+    found = steps.prints(nodes, options.vehicle_interface or "")
+    bag = steps.opening_bag(options.step, found, dict.fromkeys((directory.parent, Path("flights"))))
+    opened = f", opened by {bag}" if bag is not None else ""
+    say(f"step {options.step}: {steps.described(options.step)}{opened}")
+    return " ".join((options.step, *found))

@@ -22,7 +22,7 @@ from quad_flight_log.analysis.metrics import FlightMetrics
 from quad_flight_log.analysis.tables import measured, truth_note
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError, TopicError
-from quad_flight_log.recorder.provenance import LIMITS
+from quad_flight_log.recorder.provenance import LIMITS, STEPPED
 from quad_flight_log.report.text import table
 from quad_msgs.msg import FlightState
 from quad_node.conversion import stamp_ns
@@ -36,6 +36,7 @@ class Planned(NamedTuple):
     """One flight, checked and ready to start.
 
     ``vehicle``, ``preset``: as they were asked for. ``limits``: {metric: largest value}; ``own``: {role: its command}.
+    ``step``: what the bag notes of a first flight in steps (``provenance.STEPPED``).
     """
 
     name: str
@@ -48,6 +49,7 @@ class Planned(NamedTuple):
     limits: dict[str, float]
     one_process: bool = False
     own: Mapping[str, Sequence[str]] = {}
+    step: str = ""
 
 
 def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
@@ -65,7 +67,8 @@ def fly(flight: Planned, domain: int, interrupted: Interrupts) -> int:
     logs.mkdir()
     limits = ",".join(f"{metric}={limit!r}" for metric, limit in flight.limits.items())
     # A process that crashes, or hangs and is aborted, leaves in its log where it was.
-    own = {"ROS_DOMAIN_ID": str(domain), "PYTHONFAULTHANDLER": "1", LIMITS: limits, STARTER: str(os.getpid())}
+    own = {"ROS_DOMAIN_ID": str(domain), "PYTHONFAULTHANDLER": "1", STARTER: str(os.getpid())}
+    own |= {LIMITS: limits, STEPPED: flight.step}
     processes = Processes(logs, {**os.environ, **own})
     progress = Progress(flight.name, sys.stderr)
     patience = Patience.of(flight.nodes[SIMULATOR])

@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from quad_bringup import steps
 from quad_bringup.processes import executable
 from quad_core.cascade import SIMULATOR, VEHICLE_INTERFACES
 from quad_core.parameters import ParameterError
@@ -35,7 +36,9 @@ def commands(options: argparse.Namespace) -> dict[str, list[str]]:
         )
     if any(given.startswith(f"{SIMULATOR}=") for given in options.own):
         raise ParameterError("--vehicle-interface: found --own simulator as well, expected one of them")
-    return {SIMULATOR: [str(executable(INTERFACES[name])), "--ros-args", "--params-file", str(Path(file).resolve())]}
+    command = [str(executable(INTERFACES[name])), "--ros-args", "--params-file", str(Path(file).resolve())]
+    limits = steps.limit_values(options.step) if options.step else {}
+    return {SIMULATOR: [*command, *(word for key, value in limits.items() for word in ("-p", f"{key}:={value!r}"))]}
 
 
 def settings(options: argparse.Namespace) -> list[str]:

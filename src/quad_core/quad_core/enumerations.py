@@ -75,11 +75,14 @@ class GuardReason(IntEnum):
     HEADING = 4
     TILT = 5
     SPIN = 6
-    REQUESTED = 7
-    EXTREME_TILT = 8
-    STATE_GONE = 9
-    EXTREME_TILT_LOW = 10
-    REQUESTED_KILL = 11
+    STEP_TILT = 7
+    STEP_SPEED = 8
+    STEP_BOX = 9
+    REQUESTED = 10
+    EXTREME_TILT = 11
+    STATE_GONE = 12
+    EXTREME_TILT_LOW = 13
+    REQUESTED_KILL = 14
 
 
 class CommandRefusal(IntEnum):

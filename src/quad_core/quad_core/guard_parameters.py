@@ -52,6 +52,16 @@ class ContactRule(NamedTuple):
     stop_height: Annotated[float, Real("m", "motors never stop higher above the ground", 0.0, 10.0)] = 0.3
 
 
+class StepLimits(NamedTuple):
+    """What a first flight in steps may do; beyond tilt, speed or box the vehicle is handed back at once."""
+
+    tilt: Annotated[float, Real("rad", "largest tilt; from pi on: off", 0.01, 3.2)] = 3.2
+    speed: Annotated[float, Real("m/s", "largest speed; 1e6: off", 0.01, 1e6)] = 1e6
+    box: Annotated[float, Real("m", "farthest along x and y from the take-off, and above it; 1e6: off", 0.1, 1e6)] = 1e6
+    least_thrust: Annotated[float, Real("", "least thrust over weight in the air; -1e6: off", -1e6, 1.0)] = -1e6
+    most_thrust: Annotated[float, Real("", "largest thrust over weight; 1e6: off", 0.0, 1e6)] = 1e6
+
+
 class GuardParameters(NamedTuple):
     """All parameters of the guard; ``ground_height`` is where the flight began unless said otherwise."""
 
@@ -60,6 +70,7 @@ class GuardParameters(NamedTuple):
     state: StateLimits = StateLimits()
     tilt: TiltLimits = TiltLimits()
     contact: ContactRule = ContactRule()
+    step: StepLimits = StepLimits()
     ground_height: Annotated[float, Real("m", "height of the ground, world frame", -1e4, 1e4)] = 0.0
     has_commander: Annotated[bool, Flag("a commander lands while the position is good; false: the guard descends")] = (
         False

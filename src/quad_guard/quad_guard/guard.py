@@ -28,6 +28,7 @@ from quad_core.vehicle import Vehicle
 from quad_guard.backup import FRESH_DESCENT, Descent, Known, Sight, descend
 from quad_guard.checks import StateSample, WrenchCommand, command_refusal, is_on_ground
 from quad_guard.state import NO_ESTIMATE, Estimate, Refusals, is_full, is_gone, is_misled, observe, with_belief
+from quad_guard.step_limits import broken_limit, within_thrust_range
 from quad_guard.unknown_torque import NO_UNKNOWN_TORQUE, UnknownTorque, advanced, estimated
 
 REASONS: dict[int, str] = {
@@ -38,6 +39,9 @@ REASONS: dict[int, str] = {
     GuardReason.HEADING: "heading",
     GuardReason.TILT: "tilt",
     GuardReason.SPIN: "spin",
+    GuardReason.STEP_TILT: "beyond the tilt of the step",
+    GuardReason.STEP_SPEED: "beyond the speed of the step",
+    GuardReason.STEP_BOX: "out of the box of the step",
     GuardReason.REQUESTED: "on request",
     GuardReason.EXTREME_TILT: "extreme tilt",
     GuardReason.STATE_GONE: "no state at all",
@@ -73,7 +77,8 @@ class Timers(NamedTuple):
 class Memory(NamedTuple):
     """What the guard remembers; steps are -1 before the first time. ``flown`` is the last wrench for the rotors.
 
-    ``answered_step`` is the last step up to which the newest good wrench answered the newest good state.
+    ``answered_step`` is the last step up to which the newest good wrench answered the newest good state. ``home``: the
+    place of the first sample.
     """
 
     mode: int
@@ -90,6 +95,7 @@ class Memory(NamedTuple):
     flown: Wrench
     descent: Descent
     unknown: UnknownTorque
+    home: Vec3
 
 
 class Report(NamedTuple):
@@ -115,6 +121,7 @@ FRESH_MEMORY = Memory(
     flown=Wrench(),
     descent=FRESH_DESCENT,
     unknown=NO_UNKNOWN_TORQUE,
+    home=ZERO,
 )
 """The memory before the first step."""
 
@@ -145,6 +152,8 @@ def step(
     state_age = age(now, estimate.step, first, period)
     rate_age = age(now, estimate.rate_step, first, period)
     timers = watch(parameters, vehicle, memory, estimate, command_age, state_age, dt)
+    seen, ground_z = estimate.state, estimate.ground_z
+    home = seen.p_w if before.step < 0 else memory.home
     refused = is_full(refusals)
     land = refused and not refusals.reset and state_age <= parameters.state.warn_age
     wrong = condition(
@@ -154,9 +163,10 @@ def step(
         command_age,
         state_age,
         is_gone(parameters.state, estimate, rate_age),
-        estimate.state.p_w.z - estimate.ground_z,
+        seen.p_w.z - ground_z,
         refused and not (land and parameters.has_commander),
         is_misled(parameters.state, estimate),
+        broken_limit(parameters.step, home, ground_z, seen.p_w, seen.v_w, seen.q_wb),
     )
     mode, reason, since = next_mode(memory, timers, inputs.request, wrong, now)
     if mode == GuardMode.PASS and memory.mode != GuardMode.PASS:
@@ -166,7 +176,7 @@ def step(
     # fmt: off
     after = Memory(
         mode, reason, since, first, wrench, command_step, answered, refused_commands,
-        estimate, refusals, timers, flown, descent, unknown,
+        estimate, refusals, timers, flown, descent, unknown, home,
     )
     status = GuardStatus(
         since, refused_commands, refusals.total, command_age, state_age, mode, reason, wrong,
@@ -197,7 +207,12 @@ def fly(
     if mode == GuardMode.PASS:
         # a torque that answers no accepted state turns the vehicle over within 0.1 s
         blind = state_age > parameters.state.warn_age
-        return (Wrench(wrench.thrust, scale(-1.0, unknown)) if blind else wrench), memory.descent
+        is_low = estimate.state.p_w.z - estimate.ground_z <= parameters.contact.stop_height
+        weight = vehicle.mass * vehicle.gravity
+        thrust = within_thrust_range(parameters.step, weight, wrench.thrust, is_low)
+        if blind:
+            return Wrench(thrust, scale(-1.0, unknown)), memory.descent
+        return (wrench if thrust == wrench.thrust else Wrench(thrust, wrench.torque_b)), memory.descent
     if mode == GuardMode.KILL:
         return Wrench(0.0, ZERO), memory.descent
     descent = memory.descent if memory.mode == GuardMode.DESCEND else FRESH_DESCENT
@@ -289,8 +304,12 @@ def condition(
     height: float,
     refused: bool,
     misled: bool,
+    beyond: GuardReason,
 ) -> int:
-    """Return the most severe of what is wrong now (``REASONS``); ages in s, ``height`` in m above the ground."""
+    """Return the most severe of what is wrong now (``REASONS``); ages in s, ``height`` in m above the ground.
+
+    ``beyond``: which limit of the step the vehicle is beyond, GOOD: none.
+    """
     tilt, found = parameters.tilt, GuardReason.GOOD
     if command_age > parameters.command.lost_age:
         found = GuardReason.WRENCH_LOST
@@ -304,6 +323,8 @@ def condition(
         found = GuardReason.TILT
     if timers.spin > SPIN_TIME:
         found = GuardReason.SPIN
+    if beyond != GuardReason.GOOD:
+        found = beyond
     if request == GuardRequest.DESCEND:
         found = GuardReason.REQUESTED
     if timers.extreme_tilt > tilt.extreme_time:

@@ -18,14 +18,14 @@ ON_GROUND = 1
 """MAV_LANDED_STATE."""
 _ARMED, _CUSTOM_MODE = 128, 1.0
 _CRITICAL = 5
-_AUTO, _OFFBOARD = 4, 6
+_AUTO, _OFFBOARD, _LOITER = 4, 6, 3
 _PX4_MODES = {1: "MANUAL", 2: "ALTCTL", 3: "POSCTL", 5: "ACRO", 6: "OFFBOARD", 7: "STABILIZED", 10: "TERMINATION"}
 _PX4_AUTO = {
     1: "READY", 2: "TAKEOFF", 3: "LOITER", 4: "MISSION", 5: "RTL", 6: "LAND", 8: "FOLLOW", 9: "PRECLAND",
     10: "VTOL_TAKEOFF",
 }  # fmt: skip
 _PX4_CONTROL = {2: Control.CLIMBING, 3: Control.WAITING, 6: Control.LANDING, 9: Control.LANDING}
-_GUIDED, _LAND = 4, 9
+_GUIDED, _LAND, _BRAKE = 4, 9, 17
 _COPTER_MODES = {
     0: "STABILIZE", 1: "ACRO", 2: "ALT_HOLD", 3: "AUTO", 4: "GUIDED", 5: "LOITER", 6: "RTL", 7: "CIRCLE", 9: "LAND",
     11: "DRIFT", 13: "SPORT", 14: "FLIP", 15: "AUTOTUNE", 16: "POSHOLD", 17: "BRAKE", 18: "THROW", 19: "AVOID_ADSB",
@@ -43,6 +43,7 @@ PROFILES = {
         "does the link send it?",
         Request(DO_SET_MODE, _CUSTOM_MODE, float(_OFFBOARD)),
         idle_hint="(COM_DISARM_PRFLT?)",
+        hold=Request(DO_SET_MODE, _CUSTOM_MODE, float(_AUTO), float(_LOITER)),
     ),
     ARDUPILOT: Profile(
         "ArduPilot",
@@ -52,6 +53,7 @@ PROFILES = {
         "does the link send it?",
         Request(DO_SET_MODE, _CUSTOM_MODE, float(_GUIDED)),
         idle_hint="(DISARM_DELAY?)",
+        hold=Request(DO_SET_MODE, _CUSTOM_MODE, float(_BRAKE)),
     ),
 }
 

@@ -201,14 +201,14 @@ class MavlinkBridge:
 
     def _request(self, request: Request) -> None:
         """Send a COMMAND_LONG."""
-        self._command(request.command, request.param1, request.param2, request.attempt)
+        self._command(request.command, request.param1, request.param2, request.param3, request.attempt)
 
-    def _command(self, command: int, param1: float, param2: float, attempt: int = 0) -> None:
+    def _command(self, command: int, param1: float, param2: float, param3: float = 0.0, attempt: int = 0) -> None:
         first, second = (0.0 if math.isnan(value) else float(value) for value in (param1, param2))
         place = [math.nan if command == NAV_TAKEOFF else 0.0] * 4  # here, to the height of MIS_TAKEOFF_ALT
         self.link.send(
             self.link.mavlink.MAVLink_command_long_message(
-                self.settings.target_system, AUTOPILOT, command, attempt % 256, first, second, 0.0, *place
+                self.settings.target_system, AUTOPILOT, command, attempt % 256, first, second, param3, *place
             )
         )
 

@@ -16,6 +16,7 @@ PROFILE = Profile(
     "is its uXRCE-DDS agent running?",
     Request(DO_SET_MODE, 1.0, 6.0),
     idle_hint="(COM_DISARM_PRFLT?)",
+    hold=Request(DO_SET_MODE, 1.0, 4.0, 3.0),
 )
 MODE_LOSS = 1.0
 """Seconds within which PX4 misses an external mode that stopped: three arming checks, 0.3 s apart."""

@@ -138,7 +138,7 @@ def heartbeat(module: ModuleType, mode: Mode, timestamp: int) -> Any:
 def command(module: ModuleType, request: Request, target: int, timestamp: int) -> Any:
     """Return the VehicleCommand of a request to system ``target``."""
     message = module.VehicleCommand(timestamp=timestamp, command=request.command, confirmation=request.attempt % 256)
-    message.param1, message.param2 = request.param1, request.param2
+    message.param1, message.param2, message.param3 = request.param1, request.param2, request.param3
     if request.command == NAV_TAKEOFF:  # here, to the height of MIS_TAKEOFF_ALT
         message.param4 = message.param5 = message.param6 = message.param7 = math.nan
     message.target_system = message.source_system = target

@@ -161,6 +161,7 @@ class Px4Bridge:
         if flight.may_fly():
             self._step_guard()
             wrench = self._flown if self.leader.guard.taken_over else command.value
+            wrench = wrench._replace(thrust=flight.within_thrust_range(wrench.thrust))
             sampled = flight.origin + command.step * self.node.flight.plant_period // 1000
             self._send_wrench(wrench, flight.stamps()._replace(sampled=sampled))
 

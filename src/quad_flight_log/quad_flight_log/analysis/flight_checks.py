@@ -21,6 +21,7 @@ from quad_core.guard_parameters import GuardParameters
 from quad_core.parameter_files import load_yaml_file
 from quad_core.records import builder, flattener, leaves
 from quad_flight_log.analysis.arrays import Floats, by_stamp, missing_messages, norms
+from quad_flight_log.analysis.directions import wrong_directions
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
 from quad_flight_log.analysis.recorded_parameters import recorded_parameters
 from quad_flight_log.analysis.tables import autopilot_lands, flight_tables, text_table, truth_topic, unusable_messages
@@ -30,7 +31,7 @@ from quad_flight_log.bag.notes import LIBRARY
 from quad_flight_log.bag.payload_hash import step_rows
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.recorder.provenance import LIMIT, STOPPED
+from quad_flight_log.recorder.provenance import BENCH, LIMIT, STEP, STOPPED
 
 SILENCE = 0.5  # s without the flown path in real time: as long as the guard tolerates no state at all
 STRAY = 2.5  # m beyond all that was commanded
@@ -247,6 +248,17 @@ def guard_in_command(flown: Flown) -> str:
     return "; ".join(f"the guard took over at step {one.step} ({one.mode}): {one.reason}" for one in found)
 
 
+def step_is_flown(flown: Flown) -> str:
+    """Say why a first flight in steps does not count: wrong directions on the bench, else that it never took off."""
+    step = flown.flight.metadata.get(STEP, "")
+    if not step or not flown.flight.has("state"):
+        return ""
+    if step == BENCH:
+        return wrong_directions(flown.flight)
+    stayed = flown.flight.array("state")["on_ground"].all()
+    return f"step {step}: the vehicle did not leave the ground" if stayed else ""
+
+
 Check = Callable[[Flown], str]
 
 RECORD: tuple[Check, ...] = (
@@ -261,7 +273,7 @@ RECORD: tuple[Check, ...] = (
 )
 """Each returns why the bag is no whole record of one flight, or nothing."""
 
-CHECKS: tuple[Check, ...] = (envelope, stopped_motors, infeasible_reference, guard_in_command)
+CHECKS: tuple[Check, ...] = (envelope, stopped_motors, infeasible_reference, guard_in_command, step_is_flown)
 """Each returns the fault that a flight shows, or nothing."""
 
 

@@ -8,6 +8,9 @@ from pathlib import Path
 
 COMMAND = "QUAD_COMMAND"  # environment variable that holds the command which started the flight
 LIMITS = "QUAD_LIMITS"  # environment variable with what the flight is held to: METRIC=VALUE, comma, ...
+STEPPED = "QUAD_STEP"  # environment variable with step, hash of the vehicle, hash of the gains, blanks between them
+STEP, STEP_VEHICLE, STEP_GAINS = NOTED = ("step", "step_vehicle", "step_gains")  # the same in the bag's notes
+BENCH = "bench"  # the step without propellers
 LIMIT = "limit."  # before the name of a metric in the bag's notes
 STOPPED = "recorder stopped before the end of the flight"  # reason in the notes of a bag that ends before its flight
 
@@ -31,5 +34,6 @@ def flight_metadata(facts: Mapping[str, object], versions: Mapping[str, str]) ->
     for item in filter(None, os.environ.get(LIMITS, "").split(",")):
         name, _, value = item.partition("=")
         found[LIMIT + name] = value
+    found.update(zip(NOTED, os.environ.get(STEPPED, "").split(), strict=False))
     found.update({f"version.{name}": value for name, value in versions.items()})
     return {key: value for key, value in found.items() if value}

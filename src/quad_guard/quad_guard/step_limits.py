@@ -1,0 +1,38 @@
+"""The limits of a first flight in steps: what a vehicle may do, and which thrust reaches its rotors.
+
+The guard and the bridges to autopilots ask ``broken_limit`` at every state and ``within_thrust_range`` at every thrust.
+"""
+
+import math
+
+from quad_core.enumerations import GuardReason
+from quad_core.geometry import clamp
+from quad_core.guard_parameters import StepLimits
+from quad_core.types import Quat, Vec3
+
+
+def broken_limit(limits: StepLimits, home: Vec3, ground_z: float, p_w: Vec3, v_w: Vec3, q_wb: Quat) -> GuardReason:
+    """Return which limit a vehicle is beyond; GOOD within all. m, m/s.
+
+    ``home``: where it took off, ``ground_z``: the height of the ground there.
+    """
+    x, y, z = abs(p_w.x - home.x), abs(p_w.y - home.y), p_w.z - ground_z
+    if x > limits.box or y > limits.box or z > limits.box:
+        return GuardReason.STEP_BOX
+    if v_w.x * v_w.x + v_w.y * v_w.y + v_w.z * v_w.z > limits.speed * limits.speed:
+        return GuardReason.STEP_SPEED
+    cosine = 1.0 - 2.0 * (q_wb.x * q_wb.x + q_wb.y * q_wb.y)
+    if limits.tilt < math.pi and cosine < math.cos(limits.tilt):
+        return GuardReason.STEP_TILT
+    return GuardReason.GOOD
+
+
+def within_thrust_range(limits: StepLimits, weight: float, thrust: float, is_low: bool) -> float:
+    """Return the thrust in N that may reach the rotors of a vehicle of ``weight`` N.
+
+    ``is_low``: it stands on the ground, or so near that it must be able to land.
+    """
+    least = limits.least_thrust * weight
+    if is_low and least > 0.0:
+        least = 0.0
+    return clamp(thrust, least, limits.most_thrust * weight)
