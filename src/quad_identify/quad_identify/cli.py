@@ -41,6 +41,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--curve", type=float, metavar="K", help="known share of the square term in 0..1 (PX4's THR_MDL_FAC)"
     )
+    parser.add_argument("--delay", type=float, metavar="S", help="known delay from command to motor; else identified")
     parser.add_argument(
         "--prior", type=Path, metavar="FILE", help="a vehicle file: compared with, and used where nothing is told"
     )
@@ -77,8 +78,10 @@ def _run(options: argparse.Namespace) -> int:
     given, prior = _arms(options), _prior(options.prior)
     if options.mass is not None and not 0.001 <= options.mass <= 1000.0:
         raise RecordError(f"--mass: found {options.mass:g}, expected 0.001 to 1000 kg")
-    if options.curve is not None and not 0.0 <= options.curve <= 1.0:
-        raise RecordError(f"--curve: found {options.curve:g}, expected 0 to 1")
+    for name, largest, unit in (("curve", 1.0, ""), ("delay", 0.25, " s")):
+        found = getattr(options, name)
+        if found is not None and not 0.0 <= found <= largest:
+            raise RecordError(f"--{name}: found {found:g}, expected 0 to {largest:g}{unit}")
     flights = []
     for path in options.logs:
         _progress(f"reading {path}")
@@ -90,6 +93,7 @@ def _run(options: argparse.Namespace) -> int:
         options.mass,
         arms,
         curve=options.curve,
+        delay=options.delay,
         prior=_model_of(prior) if prior else None,
         last_held_out=options.held_out,
         report=_progress,

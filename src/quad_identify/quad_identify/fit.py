@@ -20,7 +20,8 @@ OFFSET_BELIEF = 0.5  # m/s^2: standard deviation of the specific thrust at comma
 STRENGTH_BELIEF = 0.15  # the same of a rotor's effectiveness
 FLATNESS_BELIEF = (0.88, 0.1)  # mean and standard deviation of J_zz / (J_xx + J_yy)
 OUTLIER = 6.0  # times the median error of a window
-MOST_ROUNDS = 100  # of Gauss-Newton; a fit that is stopped before its end is wrong by more than its interval
+OUTLIVED = 8  # windows after which errors are counted as independent
+MOST_ROUNDS = 40  # of Gauss-Newton; a fit that is stopped before its end is wrong by more than its interval
 SILENT = 0.25  # share of an axis' motion below which the fit leaves it alone
 GOOD, DOUBT = 0.9, 10.0  # share explained below which an axis of rotation counts a tenth: its model is wrong somewhere
 OF_AXIS: dict[int, tuple[str, ...]] = {
@@ -54,7 +55,7 @@ def start(model: Model) -> Floats:
     best: float = np.inf
     found: Floats | None = None
     for lag in LAGS:
-        for delay in DELAYS:
+        for delay in DELAYS if model.delay is None else [model.delay]:
             p = np.zeros(len(NAMES))
             p[AT["rotor_time_constant"]], p[AT["command_delay"]], p[AT["flatness"]] = lag, delay, 0.9
             cost = _linear(model, p)
@@ -223,8 +224,9 @@ def _covariance(
     scores = np.einsum("wkp,wk->wp", rows, errors)
     bread = np.linalg.pinv(slopes.T @ slopes, hermitian=True)
     meat = scores.T @ scores * windows / max(windows - len(free) / 3, 1.0) + believed
-    neighbours = scores[1:].T @ scores[:-1]  # errors that outlive a window, weighted as by Newey and West
-    meat = meat + 0.5 * (neighbours + neighbours.T)
+    for apart in range(1, OUTLIVED):  # errors that outlive a window, weighted as by Newey and West
+        both = scores[apart:].T @ scores[:-apart]
+        meat = meat + (1.0 - apart / OUTLIVED) * (both + both.T)
     out = np.zeros((len(NAMES), len(NAMES)))
     out[np.ix_(free, free)] = bread @ meat @ bread
     return out, float(student.ppf(0.975, max(windows - len(free) / 3, 2.0)))

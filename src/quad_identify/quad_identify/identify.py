@@ -78,6 +78,7 @@ def identify(
     arms: tuple[float, float] | None = None,
     *,
     curve: float | None = None,
+    delay: float | None = None,
     prior: dict[str, float] | None = None,
     last_held_out: bool = False,
     judge: bool = True,
@@ -85,10 +86,10 @@ def identify(
 ) -> Result:
     """Return what ``flights`` tell of one vehicle.
 
-    ``mass`` kg; ``arms`` m: places of the rotors along x and along y. ``curve``: known share of the square term (PX4's
-    THR_MDL_FAC). ``prior``: parameters of a model to compare with ({name of NAMES: value}). Errors are measured on the
-    last flight if ``last_held_out``, else on the last fifth of each (not at all without ``judge``), before the fit to
-    all of it. Raises RecordError where nothing can be said.
+    ``mass`` kg; ``arms`` m: places of the rotors along x and along y. Known beforehand: ``curve``, share of the square
+    term (PX4's THR_MDL_FAC), and ``delay`` in s. ``prior``: parameters of a model to compare with ({name of NAMES:
+    value}). Errors are measured on the last flight if ``last_held_out``, else on the last fifth of each (not at all
+    without ``judge``), before the fit to all of it. Raises RecordError where nothing can be said.
     """
     notes: list[str] = []
     whole = [_checked(flight, notes) for flight in flights]
@@ -104,13 +105,13 @@ def identify(
     if judge:
         fit_to, kept = (grids[:-1], grids[-1:]) if last_held_out and len(grids) > 1 else _split(grids)
         report("fit to what is not held out")
-        model = Model(fit_to, arms or (1.0, 1.0), curve)
+        model = Model(fit_to, arms or (1.0, 1.0), curve, delay)
         seen = fitted(model, report=report)
         models = {"identified": seen.p} | ({"prior": _prior(seen.p, prior)} if prior else {})
-        test = Model(kept, arms or (1.0, 1.0), curve)
+        test = Model(kept, arms or (1.0, 1.0), curve, delay)
         test.mean_voltage = model.mean_voltage
         errors = held_out(test, models)
-    model = Model(grids, arms or (1.0, 1.0), curve)
+    model = Model(grids, arms or (1.0, 1.0), curve, delay)
     fit = fitted(model, seen.p if judge else None, report)
     if fit.left_out:
         notes.append(f"{WINDOW * fit.left_out:g} of {WINDOW * (fit.left_out + fit.windows):g} s left out: large errors")

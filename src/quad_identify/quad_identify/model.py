@@ -3,7 +3,7 @@ r"""The model that is fitted: four rotors with lag and delay, a thrust curve, a 
 ::
 
     y_i' = (u_i(t - delay) - y_i) / rotor_time_constant
-    phi_i = effectiveness_i (linear y_i + square y_i^2) / 4 (V / V_mean)^battery        specific thrust of a rotor
+    phi_i = effectiveness_i (linear y_i + square y_i^2) / 4 (V / V_mean)^battery    exp(drift t) without V
     force = (bias_x - drag v_x, bias_y - drag v_y, offset + sum phi_i - drag_z v_z)     what an accelerometer reads
     omega' = B (levers phi) + trim sum phi + damping omega + gyroscopic + (0, 0, reaction sum yaw_i y_i')
     gyroscopic: that of the body, and of the rotors' angular momentum -J_zz reaction sum yaw_i y_i
@@ -24,10 +24,10 @@ NAMES = (
     "thrust_offset", "thrust_linear", "thrust_square", "thrust_battery", "strength_1", "strength_2", "strength_3",
     "rotor_time_constant", "command_delay", "linear_drag", "vertical_drag", "force_bias_x", "force_bias_y",
     "roll_torque_per_inertia", "pitch_torque_per_inertia", "yaw_torque_per_inertia", "trim_x", "trim_y", "trim_z",
-    "damping_x", "damping_y", "damping_z", "reaction", "flatness",
+    "damping_x", "damping_y", "damping_z", "reaction", "flatness", "thrust_drift",
 )  # fmt: skip
 """Parameters of the fit; ``strength``: effectiveness - 1 of rotors 1 to 3, the fourth makes the mean 1; ``flatness``:
-J_zz / (J_xx + J_yy), 1 for a flat body."""
+J_zz / (J_xx + J_yy), 1 for a flat body; ``thrust_drift``: 1/s, of the thrust where a battery sags unseen."""
 AT = {name: index for index, name in enumerate(NAMES)}
 BOUNDS = {
     "rotor_time_constant": (1e-4, 0.5),
@@ -77,9 +77,15 @@ def lagged(grid: Grid, lag: float, delay: float) -> Lagged:
 class Model:
     """The model over the windows of several flights. ``arms``: forward and left arm over each other, for J alone."""
 
-    def __init__(self, grids: list[Grid], arms: tuple[float, float] = (1.0, 1.0), curve: float | None = None) -> None:
-        """Prepare ``grids``; ``curve`` is the known share of the square term (offset 0), None if it is not known."""
-        self.grids, self.arms, self.curve = grids, arms, curve
+    def __init__(
+        self,
+        grids: list[Grid],
+        arms: tuple[float, float] = (1.0, 1.0),
+        curve: float | None = None,
+        delay: float | None = None,
+    ) -> None:
+        """Prepare ``grids``. Known, if not None: ``curve``, the share of the square term (offset 0); ``delay`` in s."""
+        self.grids, self.arms, self.curve, self.delay = grids, arms, curve, delay
         volts = [grid.voltage[grid.windows].ravel() for grid in grids if grid.voltage is not None]
         self.mean_voltage = float(np.mean(np.concatenate(volts))) if len(volts) == len(grids) else 0.0
         self.has_velocity = all(grid.velocity_b is not None for grid in grids)
@@ -93,7 +99,10 @@ class Model:
         fixed = set()
         if self.curve is not None:
             fixed |= {"thrust_offset", "thrust_square" if self.curve < 0.5 else "thrust_linear"}
-        if not self.mean_voltage or self.voltage_range() < 0.01:
+        if self.delay is not None:
+            fixed.add("command_delay")
+        fixed.add("thrust_drift" if self.mean_voltage else "thrust_battery")
+        if self.voltage_range() < 0.01:
             fixed.add("thrust_battery")
         if not self.has_velocity:
             fixed |= {"linear_drag", "vertical_drag"}
@@ -125,6 +134,8 @@ class Model:
             phi = 0.25 * (linear * y.mean + square * y.square) * effectiveness(p)
         if grid.voltage is not None and self.mean_voltage:
             phi = phi * ((grid.voltage / self.mean_voltage) ** p[AT["thrust_battery"]])[:, None]
+        elif p[AT["thrust_drift"]]:
+            phi = phi * np.exp(p[AT["thrust_drift"]] * (grid.t - grid.t[grid.windows].mean()))[:, None]
         return phi
 
     def curve_of(self, p: Floats) -> tuple[float, float]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from quad_identify.fit import OF_AXIS, Fit
-from quad_identify.model import AT, NAMES, Model, effectiveness
+from quad_identify.model import AT, BOUNDS, NAMES, Model, effectiveness
 from quad_identify.record import Flight, Floats
 
 ROTATION_RATE = 225.0  # Hz of motors and gyro: 250 less what clocks are off
@@ -183,6 +183,12 @@ def _timing(e: Evidence) -> dict[str, Parameter]:
     out = {}
     for name, limit in (("rotor_time_constant", 0.008), ("command_delay", 0.006)):
         found = interval(e, lambda p, name=name: float(p[AT[name]]), rough)  # type: ignore[misc]
+        given = e.model.delay
+        if name == "command_delay" and given is not None:
+            out[name] = Parameter("s", given, given, given, True, "given")
+            continue
+        if found[1] > BOUNDS[name][1]:
+            found = (found[0], np.inf)
         widest = max(limit, 0.15 * e.fit.p[AT[name]])
         why = f"motors at {e.motors_hz:.0f} Hz"
         out[name] = _one("s", found, widest, against, why, f"{FLY_FAST}; {FLY_THRUST}", 0.0)

@@ -71,6 +71,22 @@ def test_what_a_log_cannot_tell_is_not_told(manoeuvre, how, refused):
         assert not found[name].told or found[name].low <= truth <= found[name].high
 
 
+@pytest.mark.parametrize("curve", [0.0, 0.8])
+def test_a_curve_where_the_command_hardly_varies_is_not_told_or_held_by_its_interval(curve):
+    truth = Truth(curve=curve)
+    log = log_of(truth, Manoeuvre(25.0, thrust=0.05), without=("voltage",))
+    found = identify([log], truth.mass, (LEVER, LEVER), judge=False).parameters
+    top = truth.specific_thrust
+    for name, value in (("specific_thrust", top), ("thrust_linear", (1 - curve) * top), ("thrust_square", curve * top)):
+        assert found[name].low <= value <= found[name].high, name
+
+
+def test_a_known_delay_is_kept():
+    found = identify([log_of(TRUTH)], judge=False, delay=TRUTH.delay).parameters
+    assert found["command_delay"].value == TRUTH.delay
+    assert found["rotor_time_constant"].value == pytest.approx(TRUTH.lag, abs=0.001)
+
+
 def test_a_weak_rotor_is_named_by_its_number_in_the_log():
     weak = Truth(effectiveness=(1.07, 1.07, 0.79, 1.07))
     found = identify([log_of(weak)], judge=False).parameters["rotor_effectiveness"]
