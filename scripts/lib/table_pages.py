@@ -38,6 +38,7 @@ COMMANDS = {
     "scripts/log": "quad_flight_log.cli",
     "scripts/campaign": "quad_campaign.campaign_cli",
     "scripts/identify": "quad_identify.cli",
+    "scripts/check_link": "quad_px4.check_link",
     "scripts/study": "study",
     "scripts/tune": "tune",
     "ros2 run quad_commander command": "quad_commander.command",

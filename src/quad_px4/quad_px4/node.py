@@ -77,12 +77,14 @@ class Px4Bridge:
         name, limit = getattr(self.settings, "external_mode", ""), self.settings.loss_limit
         if not name:
             return None
-        if not self._by_attitude and 0.0 < limit < MODE_LOSS:
+        space, refusal = self.settings.namespace, self._arming_refusal
+        external = ExternalMode(self.node.ros, self.px4, space, name, self._mode, refusal, limit)
+        if not self._by_attitude and 0.0 < limit < MODE_LOSS and not external.watches:
             raise ParameterError(
                 f"external_mode: found {name!r} in mode wrench or motors, loss_limit {limit:g} s; expected "
                 f"loss_limit 0 or at least {MODE_LOSS:g}: PX4 holds the last torque until it misses the mode"
             )
-        return ExternalMode(self.node.ros, self.px4, self.settings.namespace, name, self._mode, self._arming_refusal)
+        return external
 
     def _listen(self, take_estimate: Callable[[Sample], object]) -> None:
         quality = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -125,6 +127,10 @@ class Px4Bridge:
         if not flight.begin_step():
             return
         self._register()
+        if self._external is not None and self._status is not None:
+            self._external.selected(self._status.nav_state == self._ours, flight.stamps().now)
+            if self._external.failure:
+                flight.stop = flight.stop or f"external_mode: {self._external.failure}"
         if not self._by_attitude:
             self._step_guard()
         if guard.taken_over and guard.memory.reason != GuardReason.REQUESTED:
@@ -228,6 +234,7 @@ class Px4Bridge:
             external.ask(self.flight.stamps().now)
         chosen_by = ChosenBy(self.settings.chosen_by)
         if external.failure:
+            external.close()
             self._external = None
             text = f"{self.settings.external_mode}: {external.failure}"
             if chosen_by == ChosenBy.PILOT:  # in offboard nothing would choose when it takes off

@@ -1,0 +1,357 @@
+"""Loses the link to PX4 in each way that it can be lost, and says how long PX4 took each time to fly itself.
+
+On the ground without propellers (the motors turn), or in a simulator. A relay stands between PX4 and flights of
+scripts/fly that this command starts; PX4's own messages say when it left our mode. COM_OF_LOSS_T decides in offboard,
+the fourth missed arming check (1.25 s) in an external mode of 1.15 to 1.17.
+
+Examples:
+  scripts/check_link airframe.yaml --vehicle x500 --preset x500 --domain 0
+  scripts/check_link airframe.yaml --vehicle my_vehicle.yaml --agent "MicroXRCEAgent udp4 -p 8888" --only "agent killed"
+
+Exit codes: 0 each loss ended within the limit, 1 one did not or the limit was not refused, 2 nothing was measured.
+"""
+
+import argparse
+import contextlib
+import os
+import shlex
+import signal
+import struct
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import rclpy
+import yaml
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+
+from quad_core.command_line import Parser
+from quad_core.parameter_files import overrides_for, read_parameter_file
+from quad_core.parameters import ParameterError, Value
+from quad_px4 import messages
+from quad_px4.autopilot import ARMED, EXTERNAL1, MODE_LOSS, OFFBOARD, mode_name
+from quad_px4.parameters import PX4
+
+OUT = (
+    "VehicleOdometry", "VehicleStatus", "VehicleControlMode", "FailsafeFlags", "VehicleLandDetected", "BatteryStatus",
+    "VehicleCommandAck", "RegisterExtComponentReply", "ArmingCheckRequest", "SetpointConfigReply",
+)  # fmt: skip
+IN = (
+    "OffboardControlMode", "VehicleCommand", "VehicleThrustSetpoint", "VehicleTorqueSetpoint", "ActuatorMotors",
+    "VehicleAttitudeSetpoint", "RegisterExtComponentRequest", "ArmingCheckReply", "UnregisterExtComponent",
+    "SetpointConfig",
+)  # fmt: skip
+"""The messages of the link, from PX4 and to it; some px4_msgs lack some."""
+SIDE = "link_check"
+"""Namespace of the flight's side of the relay."""
+FAULTS = ("bridge killed", "bridge stopped", "controller killed", "agent killed", "link cut", "state frozen")
+LIMIT = "limit"
+"""What --only calls the flight that must be refused."""
+MODES = ("offboard", "external")
+LIMITS = {"offboard": 0.25, "external": MODE_LOSS}
+"""s within which PX4 must fly itself: loss_limit of the bridge; four arming checks."""
+_STAMPS = struct.Struct("<QQ")
+_AFTER_HEADER = 4  # bytes of CDR before timestamp and timestamp_sample
+_HEARD_WITHIN, _ARMED_WITHIN, _LEFT_WITHIN, _DOWN_WITHIN, _OFF = 60.0, 120.0, 10.0, 90.0, 3.0  # s
+
+
+class Relay:
+    """Passes bytes between PX4 and the flight's side; ``status`` is PX4's newest VehicleStatus.
+
+    ``cut``: nothing passes. ``frozen``: the last odometry passes on and on, under fresh stamps.
+    """
+
+    def __init__(self, px4: ModuleType, namespace: str) -> None:
+        """Join the ROS domain and begin to pass on."""
+        self.cut = False
+        self.status: Any = None
+        self._frozen, self._newest, self._heard = b"", (0, 0), 0.0
+        quality = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+        self._node = rclpy.create_node("link_check", start_parameter_services=False)
+        for names, way, source, target in ((OUT, "out", namespace, SIDE), (IN, "in", SIDE, namespace)):
+            kinds = [getattr(px4, name) for name in names if hasattr(px4, name)]
+            topics = {messages.topic("", way, kind): kind for kind in kinds}
+            if way == "in":  # an external mode says by it which of PX4's controllers run
+                topics["/fmu/in/config_control_setpoints"] = px4.VehicleControlMode
+            for topic, kind in topics.items():
+                ends = (f"/{each.strip('/')}{topic}" if each else topic for each in (source, target))
+                begin, end = ends
+                out = self._node.create_publisher(kind, end, quality)
+                take = self._odometry if kind is px4.VehicleOdometry else self._pass
+                self._node.create_subscription(kind, begin, partial(take, out), quality, raw=True)
+        status = messages.topic(namespace, "out", px4.VehicleStatus)
+        self._node.create_subscription(px4.VehicleStatus, status, partial(setattr, self, "status"), quality)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self._node)
+        self._is_closed = threading.Event()
+        self._thread = threading.Thread(target=self._spin, daemon=True)
+        self._thread.start()
+
+    def _spin(self) -> None:
+        with contextlib.suppress(OSError):  # as the nodes of a flight, where that is allowed
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(41))
+        while not self._is_closed.is_set():
+            self._executor.spin_once(timeout_sec=0.1)
+
+    def close(self) -> None:
+        """Leave the domain."""
+        self._is_closed.set()
+        self._thread.join()
+        rclpy.try_shutdown()
+
+    def _pass(self, out: Any, payload: bytes) -> None:
+        if not self.cut:
+            out.publish(payload)
+
+    def _odometry(self, out: Any, payload: bytes) -> None:
+        self._newest, self._heard = _STAMPS.unpack_from(payload, _AFTER_HEADER), time.monotonic()
+        if self._frozen:
+            payload = b"".join((self._frozen[:_AFTER_HEADER], _STAMPS.pack(*self._newest), self._frozen[20:]))
+        self._last = payload
+        self._pass(out, payload)
+
+    def freeze(self) -> None:
+        """Let the state stand still."""
+        self._frozen = self._last
+
+    def heal(self) -> None:
+        """Pass on as before."""
+        self.cut, self._frozen = False, b""
+
+    def now(self) -> float:
+        """Return PX4's time in s."""
+        return 1e-6 * self._newest[0] + time.monotonic() - self._heard
+
+    @property
+    def is_ours(self) -> bool:
+        """Whether PX4 is armed in a mode that a flight of ours has."""
+        status = self.status
+        return (
+            bool(status)
+            and status.arming_state == ARMED
+            and (status.nav_state == OFFBOARD or EXTERNAL1 <= status.nav_state < EXTERNAL1 + 8)
+        )
+
+
+class Row(NamedTuple):
+    """One loss: s until PX4 left our mode (NaN: it did not), where it went, s until it disarmed, what fly said."""
+
+    mode: str
+    fault: str
+    took: float
+    into: str
+    down: float
+    said: str
+
+
+class Check:
+    """The flights of one vehicle."""
+
+    def __init__(self, options: argparse.Namespace, relay: Relay, watches: bool) -> None:
+        """Start the agent, if it is ours to start; ``watches``: PX4 itself misses setpoints in an external mode."""
+        self.options, self.relay, self.watches = options, relay, watches
+        self.agent = self._agent()
+
+    def _agent(self) -> subprocess.Popen[bytes] | None:
+        if not self.options.agent:
+            return None
+        given = {key: value for key, value in os.environ.items() if not key.startswith(("FASTRTPS", "SKIP_DEFAULT"))}
+        return subprocess.Popen(
+            shlex.split(self.options.agent), env=given, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+
+    @contextlib.contextmanager
+    def _flight(self, mode: str, name: str, **settings: Value) -> Iterator[tuple[subprocess.Popen[str], Path]]:
+        options, folder = self.options, self.options.out / f"{mode}-{name.replace(' ', '-')}"
+        self.relay.heal()
+        if options.before:
+            self.relay.status = None
+            subprocess.run(shlex.split(options.before), check=True, stdout=subprocess.DEVNULL)
+        if not _until(lambda: self.relay.status is not None, _HEARD_WITHIN):
+            raise ParameterError(f"no vehicle_status from PX4 in domain {options.domain}: is its agent running?")
+        folder.mkdir(parents=True)
+        own: dict[str, Value] = {**options.bridge, "namespace": SIDE, "external_mode": "", "chosen_by": "bridge"}
+        if mode == "external":
+            own |= {"external_mode": "Link check"} | ({} if self.watches else {"loss_limit": 0.0})
+        content = {f"/**/{PX4}": {"ros__parameters": own | settings}}
+        (folder / "airframe.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
+        command = ["scripts/fly", "--mission", f"takeoff:{options.height:g},hold:120,land", "--realtime"]
+        command += ["--domain", str(options.domain), "--vehicle", options.vehicle, "--preset", options.preset]
+        command += ["--vehicle-interface", f"px4={folder / 'airframe.yaml'}", "--out", str(folder / "bag")]
+        with (folder / "fly.txt").open("w+", encoding="utf-8") as said:
+            fly = subprocess.Popen(command, stdout=said, stderr=subprocess.STDOUT, text=True, cwd=options.root)
+            try:
+                yield fly, folder / "fly.txt"
+            finally:
+                for _ in range(2):
+                    if fly.poll() is None:
+                        fly.send_signal(signal.SIGINT)
+                        with contextlib.suppress(subprocess.TimeoutExpired):
+                            fly.wait(30.0)
+                fly.kill()
+                fly.wait()
+
+    def _processes(self, fly: subprocess.Popen[str], name: str) -> list[int]:
+        """Return the processes ``name`` of a flight, among all that descend from it."""
+        parents, found, known = {}, [], {fly.pid}
+        for path in Path("/proc").glob("[0-9]*"):
+            with contextlib.suppress(OSError):
+                parents[int(path.name)] = int((path / "stat").read_text().rpartition(")")[2].split()[1])
+        while more := {pid for pid, parent in parents.items() if parent in known} - known:
+            known |= more
+        for pid in known:
+            with contextlib.suppress(OSError):
+                if f"/{name}\0".encode() in Path(f"/proc/{pid}/cmdline").read_bytes():
+                    found.append(pid)
+        return found
+
+    def _lose(self, fly: subprocess.Popen[str], fault: str) -> None:
+        if fault == "link cut":
+            self.relay.cut = True
+        elif fault == "state frozen":
+            self.relay.freeze()
+        elif fault == "agent killed":
+            assert self.agent is not None
+            self.agent.kill()
+        else:
+            name = "attitude_controller" if fault.startswith("controller") else PX4
+            for pid in self._processes(fly, name):
+                os.kill(pid, signal.SIGSTOP if fault == "bridge stopped" else signal.SIGKILL)
+
+    def lose(self, mode: str, fault: str, number: int) -> Row:
+        """Fly, lose the link by ``fault`` and measure."""
+        relay = self.relay
+        with self._flight(mode, f"{fault} {number}") as (fly, said):
+            if not _until(lambda: relay.is_ours or fly.poll() is not None, _ARMED_WITHIN) or not relay.is_ours:
+                return Row(mode, fault, float("nan"), "not armed", float("nan"), _words(said))
+            time.sleep(self.options.after)
+            if not relay.is_ours:
+                return Row(mode, fault, float("nan"), "ended before", float("nan"), _words(said))
+            began, ours = relay.now(), relay.status.nav_state
+            self._lose(fly, fault)
+            if fault == "agent killed":
+                time.sleep(_OFF)
+                self.agent, relay.status = self._agent(), None
+            _until(lambda: relay.status is not None and relay.status.nav_state != ours, _LEFT_WITHIN)
+            status = relay.status
+            if status is None or status.nav_state == ours:  # disarmed, PX4 names the mode it was last asked for
+                into = "disarmed" if status is not None and status.arming_state != ARMED else "the same"
+                return Row(mode, fault, float("nan"), into, float("nan"), _words(said))
+            since = getattr(status, "nav_state_timestamp", status.timestamp)  # a cut px4_msgs may lack the first
+            took, into = 1e-6 * since - began, mode_name(status.nav_state)
+            is_down = _until(lambda: relay.status.arming_state != ARMED, _DOWN_WITHIN)
+            down = relay.now() - began if is_down else float("nan")
+            for pid in self._processes(fly, PX4):  # a stopped one would not end
+                os.kill(pid, signal.SIGCONT)
+            _until(lambda: fly.poll() is not None, 30.0)
+        return Row(mode, fault, took, into, down, _words(said))
+
+    def refuse(self, mode: str) -> Row:
+        """Ask for less than PX4 can: the bridge must refuse to arm."""
+        limit = 0.01 if mode == "offboard" else LIMITS["offboard"]
+        with self._flight(mode, "refused", loss_limit=limit) as (fly, said):
+            _until(lambda: self.relay.is_ours or fly.poll() is not None, _ARMED_WITHIN)
+            why = _words(said)
+            is_refused = not self.relay.is_ours and ("arming refused" in why or "loss_limit" in why)
+        return Row(mode, f"loss_limit {limit:g}", float("nan"), "refused" if is_refused else "ARMED", float("nan"),
+                   _words(said))  # fmt: skip
+
+
+def _until(holds: Callable[[], bool], seconds: float) -> bool:
+    end = time.monotonic() + seconds
+    while not holds():
+        if time.monotonic() > end:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+def _words(path: Path) -> str:
+    lines = [line.strip() for line in path.read_text(encoding="utf-8").splitlines()]
+    told = [line.removeprefix("fly: ") for line in lines if line.startswith("fly: ")]
+    told = [line for line in told if not line.startswith(("to look on", "simulator:"))]
+    return (told or ["nothing"])[0]
+
+
+def _printed(row: Row) -> str:
+    took = f"{row.took:.2f} s" if row.took == row.took else "-"
+    down = f"{row.down:.1f} s" if row.down == row.down else "-"
+    return f"{row.mode:9} {row.fault:18} {took:>8}  {row.into:12} {down:>8}  {row.said}"
+
+
+def _is_bad(row: Row) -> bool:
+    if row.fault.startswith("loss_limit"):
+        return row.into != "refused"
+    return row.into != "disarmed" and not row.took <= LIMITS[row.mode]
+
+
+def _parser() -> Parser:
+    about, _, examples = (__doc__ or "").partition("\n\n")
+    parser = Parser(
+        prog="check_link", description=about, epilog=examples, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("airframe", type=Path, metavar="FILE", help="the bridge's own file, as for --vehicle-interface")
+    parser.add_argument("--vehicle", default="px4_sih", metavar="NAME|FILE", help="as for fly (default: px4_sih)")
+    parser.add_argument("--preset", default="x500", metavar="NAME|FILE", help="as for fly (default: x500)")
+    parser.add_argument("--domain", type=int, default=0, metavar="N", help="ROS domain of the agent (default: 0)")
+    parser.add_argument("--agent", default="", metavar="COMMAND", help="starts the agent; without it none is killed")
+    parser.add_argument("--before", default="", metavar="COMMAND", help="run before each flight: restarts a simulator")
+    parser.add_argument("--mode", choices=MODES, action="append", help="may be repeated (default: both)")
+    parser.add_argument("--only", choices=(*FAULTS, LIMIT), action="append", help="may be repeated (default: all)")
+    parser.add_argument("--after", type=float, default=3.0, metavar="S", help="s from armed to the loss (default: 3)")
+    parser.add_argument("--height", type=float, default=1.5, metavar="M", help="of the take-off (default: 1.5)")
+    parser.add_argument("--times", type=int, default=1, metavar="N", help="each loss N times (default: 1)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="bags and words (default: flights/link-DATE)")
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; returns its exit code."""
+    options = _parser().parse_args(arguments)
+    options.root = Path(os.environ["QUAD_ROOT"])
+    options.out = (options.out or Path(time.strftime("flights/link-%Y%m%d-%H%M%S"))).resolve()
+    try:
+        options.bridge = overrides_for([read_parameter_file(options.airframe)], PX4)
+        px4 = messages.load()
+    except ParameterError as error:
+        print(f"check_link: {error}", file=sys.stderr)
+        return 2
+    os.environ["ROS_DOMAIN_ID"] = str(options.domain)
+    rclpy.init(args=[], domain_id=options.domain, signal_handler_options=SignalHandlerOptions.NO)
+    rows, check = (
+        [],
+        Check(options, Relay(px4, str(options.bridge.get("namespace", ""))), hasattr(px4, "SetpointConfig")),
+    )
+    try:
+        print(f"{'mode':9} {'lost by':18} {'PX4 after':>8}  {'flies':12} {'disarmed':>8}  fly said", flush=True)
+        for mode in options.mode or MODES:
+            for fault in options.only or FAULTS:
+                for number in (
+                    range(options.times) if (options.agent or fault != "agent killed") and fault != LIMIT else ()
+                ):
+                    rows.append(check.lose(mode, fault, number + 1))
+                    print(_printed(rows[-1]), flush=True)
+            if LIMIT in (options.only or (LIMIT,)) and not (mode == "external" and check.watches):
+                rows.append(check.refuse(mode))
+                print(_printed(rows[-1]), flush=True)
+    except ParameterError as error:
+        print(f"check_link: {error}", file=sys.stderr)
+        return 2
+    finally:
+        check.relay.close()
+        if check.agent is not None:
+            check.agent.kill()
+    measured = [row for row in rows if row.took == row.took or row.fault.startswith("loss_limit")]
+    return 2 if not measured else int(any(map(_is_bad, rows)))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

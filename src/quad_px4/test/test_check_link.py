@@ -1,0 +1,65 @@
+"""What the relay of the link check passes on, and what it judges, without ROS."""
+
+import struct
+
+import pytest
+
+from quad_px4.check_link import Relay, Row, _is_bad, _words
+
+NAN = float("nan")
+
+
+def odometry(stamp, place):
+    return b"\x00\x01\x00\x00" + struct.pack("<QQ", stamp, stamp - 5) + struct.pack("<f", place)
+
+
+@pytest.fixture
+def relay():
+    made = Relay.__new__(Relay)
+    made.cut, made._frozen, made._last = False, b"", b""
+    made.passed = []
+    made.publish = made.passed.append
+    return made
+
+
+def test_a_frozen_state_stands_still_under_fresh_stamps_until_it_is_healed(relay):
+    relay._odometry(relay, odometry(1000, 1.0))
+    relay.freeze()
+    relay._odometry(relay, odometry(9000, 2.0))
+    relay.heal()
+    relay._odometry(relay, odometry(17000, 3.0))
+    assert relay.passed == [odometry(1000, 1.0), odometry(9000, 1.0), odometry(17000, 3.0)]
+    assert relay.now() == pytest.approx(0.017, abs=0.5)
+
+
+def test_a_cut_link_passes_nothing(relay):
+    relay.cut = True
+    relay._pass(relay, b"one")
+    relay._odometry(relay, odometry(1000, 1.0))
+    relay.heal()
+    relay._pass(relay, b"two")
+    assert relay.passed == [b"two"]
+
+
+@pytest.mark.parametrize(
+    ("row", "is_bad"),
+    [
+        (Row("offboard", "link cut", 0.2, "AUTO_LAND", 9.0, ""), False),
+        (Row("offboard", "link cut", 0.3, "AUTO_LAND", 9.0, ""), True),
+        (Row("external", "link cut", 1.25, "AUTO_RTL", 9.0, ""), False),
+        (Row("external", "link cut", NAN, "the same", NAN, ""), True),
+        (Row("offboard", "agent killed", NAN, "disarmed", NAN, ""), False),
+        (Row("offboard", "loss_limit 0.01", NAN, "refused", NAN, ""), False),
+        (Row("offboard", "loss_limit 0.01", NAN, "ARMED", NAN, ""), True),
+    ],
+)
+def test_a_loss_that_lasts_too_long_and_a_limit_that_is_not_refused_are_bad(row, is_bad):
+    assert _is_bad(row) == is_bad
+
+
+def test_what_fly_said_is_its_verdict_not_what_nodes_logged(tmp_path):
+    (tmp_path / "fly.txt").write_text(
+        "fly: to look on from another shell: source env.sh\nhover: 0.0 s\nfly: simulator: [WARN] loud\n"
+        "fly: hover: px4_bridge was killed by SIGKILL\nfly: hover: recorder stopped\nhover: failed\n"
+    )
+    assert _words(tmp_path / "fly.txt") == "hover: px4_bridge was killed by SIGKILL"
