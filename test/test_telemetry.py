@@ -136,6 +136,8 @@ def test_observing_records_and_sends_nothing(tmp_path, until):
     assert {name for name in topics if not name.startswith(("/rosout", "/parameter_events"))} == set()
     assert observer.returncode in (0, 1), said
     assert "note at 0.0 s: in the air already" in said
-    assert "memory begun anew every second" in (tmp_path / "bag/shadow.txt").read_text()
+    shadow = (tmp_path / "bag/shadow.txt").read_text()
+    assert "are the autopilot's set points, and the attitude law has them" in shadow
+    assert "memory begun anew every second" in shadow
     assert (tmp_path / "bag/report.html").is_file()
     assert len(open_flight(tmp_path / "bag").array("state")) > 100

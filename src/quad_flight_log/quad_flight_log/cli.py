@@ -179,7 +179,7 @@ def _shadow(options: argparse.Namespace) -> int:
 
 
 def _print_shadow(flight: Flight, options: argparse.Namespace) -> bool:
-    """Print a pair of laws beside a flight; returns whether a mistake of sign, scale or frame shows."""
+    """Print what a pair of laws does on a flight; returns whether a mistake of sign, scale or frame shows."""
     from quad_flight_log.analysis.refly import gains_of, refly, vehicle_settings
     from quad_flight_log.analysis.shadow import lines, mistakes, shadow
 
@@ -317,7 +317,7 @@ def _print_imported(path: Path, map_name: str, out: Path) -> bool:
 
 
 def _observe(options: argparse.Namespace) -> int:
-    """Record what an autopilot says over MAVLink in flight, until Ctrl-C, then put our laws beside it; nothing is sent.
+    """Record what an autopilot says over MAVLink in flight, until Ctrl-C, and compare our laws; nothing is sent.
 
     Joins and leaves at any time. Writes OUT.tlog as it goes (log import makes a bag of it, too), at the end the bag
     OUT, its report.html and, with --vehicle, shadow.txt. Exit code 1: something is doubtful, or a mistake shows.

@@ -34,7 +34,7 @@ def calm():
     return fly_short(2.5, "none")
 
 
-def as_csv(flown, tmp_path, *, leave_out=()):
+def as_csv(flown, tmp_path, *, leave_out=(), curve=1):
     """Return a CSV file of the flight, a row per step of its vehicle, with commands of motors; and a map of it."""
     topics = flown.result.topics
     truth, made, reference = topics["truth"], topics["actuation"], topics["reference"]
@@ -44,13 +44,13 @@ def as_csv(flown, tmp_path, *, leave_out=()):
     columns = {"t": truth["stamp_ns"][:count] * 1e-9}
     for names, values in (
         ("qx qy qz qw", truth["q_wb"]), ("wx wy wz", truth["omega_b"]), ("px py pz", truth["p_w"]),
-        ("vx vy vz", truth["v_w"]), ("m1 m2 m3 m4", made["rotor_speed"] / full), ("rx ry rz", reference["p_w"]),
+        ("vx vy vz", truth["v_w"]), ("m1 m2 m3 m4", (made["rotor_speed"] / full) ** (2 - curve)),
+        ("rx ry rz", reference["p_w"]),
         ("ux uy uz", reference["v_w"]), ("yaw", reference["yaw"][:, None]),
     ):  # fmt: skip
         columns |= dict(zip(names.split(), values[:count].T, strict=True))
-    (tmp_path / "map.yaml").write_text(
-        "\n".join(line for line in MAP.splitlines() if not line.strip().startswith(leave_out or "-"))
-    )
+    lines = [line for line in MAP.splitlines() if not line.strip().startswith(leave_out or "-")]
+    (tmp_path / "map.yaml").write_text("\n".join([f"curve: {curve:.1f}", *lines]))
     (tmp_path / "vehicle.yaml").write_text(VEHICLE)
     path = tmp_path / "flight.csv"
     np.savetxt(path, np.column_stack(list(columns.values())), delimiter=",", header=",".join(columns), comments="")
@@ -129,8 +129,9 @@ def test_time_without_a_set_point_is_left_out_and_counted(calm, tmp_path):
     assert not ((times > 0.51) & (times < 1.99)).any()
 
 
-def test_an_imported_flight_has_a_shadow_and_goes_on_from_its_states(calm, tmp_path, capsys):
-    bag, vehicle = imported(calm, tmp_path), ["--vehicle", str(tmp_path / "vehicle.yaml")]
+@pytest.mark.parametrize("curve", [1, 0], ids=["thrust is the square of a command", "thrust is linear in a command"])
+def test_an_imported_flight_has_a_shadow_and_goes_on_from_its_states(calm, tmp_path, capsys, curve):
+    bag, vehicle = imported(calm, tmp_path, curve=curve), ["--vehicle", str(tmp_path / "vehicle.yaml")]
     capsys.readouterr()
     assert main(["shadow", str(bag), *vehicle, "--position", "aibs", "--attitude", "abfnitsm"]) == 0
     said = capsys.readouterr().out

@@ -213,18 +213,20 @@ class Check:
                     found.append(pid)
         return found
 
-    def _lose(self, fly: subprocess.Popen[str], fault: str) -> None:
+    def _loss(self, fly: subprocess.Popen[str], fault: str) -> Callable[[], None]:
+        """Return what loses the link at once."""
         if fault == "link cut":
-            self.relay.cut = True
-        elif fault == "state frozen":
-            self.relay.freeze()
-        elif fault == "agent killed":
+            return partial(setattr, self.relay, "cut", True)
+        if fault == "state frozen":
+            return self.relay.freeze
+        if fault == "agent killed":
             assert self.agent is not None
-            self.agent.kill()
-        else:
-            name = "attitude_controller" if fault.startswith("controller") else PX4
-            for pid in self._processes(fly, name):
-                os.kill(pid, signal.SIGSTOP if fault == "bridge stopped" else signal.SIGKILL)
+            return self.agent.kill
+        name = "attitude_controller" if fault.startswith("controller") else PX4
+        pids = self._processes(fly, name)
+        if not pids:
+            raise ParameterError(f"found no process {name} of the flight")
+        return partial(os.kill, pids[0], signal.SIGSTOP if fault == "bridge stopped" else signal.SIGKILL)
 
     def lose(self, mode: str, fault: str, number: int) -> Row:
         """Fly, lose the link by ``fault`` and measure."""
@@ -235,8 +237,9 @@ class Check:
             time.sleep(self.options.after)
             if not relay.is_ours:
                 return Row(mode, fault, float("nan"), "ended before", float("nan"), _words(said))
+            lose = self._loss(fly, fault)
             began, ours = relay.now(), relay.status.nav_state
-            self._lose(fly, fault)
+            lose()
             if fault == "agent killed":
                 time.sleep(_OFF)
                 self.agent, relay.status = self._agent(), None

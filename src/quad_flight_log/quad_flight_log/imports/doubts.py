@@ -18,7 +18,7 @@ def doubts(recording: Recording) -> list[str]:
     """Return what speaks against a recording, one line each; nothing where all fits or cannot be compared."""
     signals, found = recording.signals, list[str]()
     for name, signal in signals.items():
-        found += [] if name.startswith("reference_") else _clock(name, signal)  # time without a set point is none
+        found += [] if name.startswith("reference_") else _clock(name, signal)  # time without a set point is no gap
     force, rates, attitude = (signals.get(name) for name in ("specific_force", "body_rates", "attitude"))
     velocity, position, motors = (signals.get(name) for name in ("velocity", "position", "motors"))
     if force is not None:

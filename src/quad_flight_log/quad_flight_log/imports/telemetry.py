@@ -135,7 +135,7 @@ def read_tlog(_: Path, data: bytes) -> tuple[dict[str, Table], list[str]]:
             lost += 1
             continue
         if system is None and (number or message.autopilot == _NO_AUTOPILOT):
-            continue  # before its first HEARTBEAT nobody knows who speaks
+            continue  # before its first HEARTBEAT the sender is unknown
         system = sender
         if not starts[-1].take(message):
             starts.append(_Start())
