@@ -20,6 +20,8 @@ python3.11-minimal libpython3.11-minimal libpython3.11-stdlib libc6 libgcc-s1 li
 libffi8 libssl3 libbz2-1.0 liblzma5 libsqlite3-0 libuuid1 libcrypt1 libreadline8 libtinfo6 libncursesw6 libdb5.3
 libzstd1 media-types
 """
+GLIBCS = ("trixie", "sid")
+KEYRING = "/usr/share/keyrings/debian-archive-keyring.gpg"
 WHEELS = """
 hypothesis iniconfig llvmlite lz4 mcap mpmath numba numpy packaging pluggy pygments pytest pytest-timeout pytest-xdist
 execnet pyyaml scipy sortedcontainers sympy zstandard pandas python-dateutil pytz tzdata six
@@ -46,15 +48,20 @@ def run(figures):
     ):
         if figures.wants(name):
             digests(figures, name, options)
+    for release in GLIBCS:
+        if figures.wants("other glibc"):
+            root = with_glibc(release)
+            version = next(iter(python("-c", "import os; print(os.confstr('CS_GNU_LIBC_VERSION'))", root=root)))
+            digests(figures, f"other glibc, {version} of Debian {release}", (), root=root)
     if figures.wants("unit tests"):
         unit_tests(figures)
     if figures.wants("whole lock"):
         whole_lock(figures)
 
 
-def digests(figures, name, options):
+def digests(figures, name, options, root="root"):
     began = time.monotonic()
-    told = [line for line in python("test/digests.py", *options) if line.startswith(("ok  ", "FAIL"))]
+    told = [line for line in python("test/digests.py", *options, root=root) if line.startswith(("ok  ", "FAIL"))]
     for line in told:
         figures.check(line.startswith("ok"), f"{name}: {line[5:]}")
     figures.check(bool(told), f"{name}: {len(told)} flights flown")
@@ -85,14 +92,15 @@ def unit_tests(figures):
     figures.show(f"unit tests: {time.monotonic() - began:.0f} s under emulation")
 
 
-def python(*words):
+def python(*words, root="root"):
     """Yield the lines of ARM64's Python under emulation, run in the checkout with the packages of src."""
+    system = CACHE / root
     paths = [str(CACHE / "wheels"), *(path for path in os.environ["PYTHONPATH"].split(os.pathsep) if "/build/" in path)]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT / "test"), *paths])}
     for name in ("LD_LIBRARY_PATH", "AMENT_PREFIX_PATH"):
         environment.pop(name, None)
-    environment["PYTHONHOME"] = str(CACHE / "root" / "usr")
-    command = ["qemu-aarch64", "-L", str(CACHE / "root"), str(CACHE / "root/usr/bin" / f"python{PYTHON}"), *words]
+    environment["PYTHONHOME"] = str(system / "usr")
+    command = ["qemu-aarch64", "-L", str(system), str(system / "usr/bin" / f"python{PYTHON}"), *words]
     with subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, text=True) as process:
         for line in process.stdout:
             yield line.rstrip()
@@ -100,23 +108,48 @@ def python(*words):
 
 def system():
     """Unpack Debian's ARM64 Python and its libraries to .cache/arm64/root, unless they are there."""
-    root, apt = CACHE / "root", CACHE / "apt"
-    if (root / "usr/bin" / f"python{PYTHON}").exists():
+    unpacked("root", DEBS.split(), ())
+
+
+def with_glibc(release):
+    """Return the folder of the same system with the C library of another release of Debian."""
+    address = next(
+        line.split()[0]
+        for line in said("apt-get", "indextargets", "--format", "$(REPO_URI) $(CODENAME)", "Created-By: Packages")
+        if "security" not in line and "debian" in line
+    )
+    sources = CACHE / f"{release}.list"
+    sources.write_text(f"deb [signed-by={KEYRING}] {address} {release} main\n")
+    unpacked(release, ["libc6"], ("-o", f"Dir::Etc::sourcelist={sources}", "-o", "Dir::Etc::sourceparts=-"))
+    return release
+
+
+def unpacked(name, packages, sources):
+    """Download ARM64 packages and unpack them to .cache/arm64/NAME, over a copy of root, unless it is there."""
+    root, apt, debs = CACHE / name, CACHE / f"apt-{name}", CACHE / f"debs-{name}"
+    if (root / "done").exists():
         return
-    for folder in ("status.d", "lists/partial", "cache/archives/partial"):
-        (apt / folder).mkdir(parents=True, exist_ok=True)
+    for folder in (apt / "status.d", apt / "lists/partial", apt / "cache/archives/partial", debs):
+        folder.mkdir(parents=True, exist_ok=True)
     (apt / "status").touch()
     options = [
         *("-o", "APT::Architecture=arm64", "-o", "APT::Architectures=arm64", "-o", f"Dir::State={apt}"),
         *("-o", f"Dir::State::status={apt / 'status'}", "-o", f"Dir::Cache={apt / 'cache'}"),
-        *("-o", "APT::Sandbox::User=root"),
+        *("-o", "APT::Sandbox::User=root", *sources),
     ]
     logged("apt-get", *options, "update", cwd=CACHE)
-    debs = CACHE / "debs"
-    debs.mkdir(exist_ok=True)
-    logged("apt-get", *options, "download", *DEBS.split(), cwd=debs)
+    logged("apt-get", *options, "download", *packages, cwd=debs)
+    shutil.rmtree(root, ignore_errors=True)
+    if name != "root":
+        shutil.copytree(CACHE / "root", root, symlinks=True)
+        (root / "lib").unlink()
     for deb in sorted(debs.glob("*.deb")):
         logged("dpkg-deb", "-x", str(deb), str(root), cwd=CACHE)
+    if (root / "lib").is_dir():  # one folder of libraries, as newer releases have it
+        shutil.copytree(root / "lib", root / "usr/lib", symlinks=True, dirs_exist_ok=True)
+        shutil.rmtree(root / "lib")
+    (root / "lib").symlink_to("usr/lib")
+    (root / "done").touch()
 
 
 def wheels():
@@ -182,6 +215,11 @@ def python_fits(pin):
         return True
     bound, ours = (int(text.split(".")[1]) for text in (condition[2], PYTHON))
     return {"<": ours < bound, ">=": ours >= bound, "==": ours == bound}[condition[1]]
+
+
+def said(*words):
+    """Return the lines that a command prints."""
+    return subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()
 
 
 def logged(*words, cwd):
