@@ -10,6 +10,11 @@ from quad_core.geometry import clamp
 from quad_core.guard_parameters import StepLimits
 from quad_core.types import Quat, Vec3
 
+OFF = 1e6
+"""m/s that are no limit of the speed."""
+LANDING_SPEED, BRAKING = 1.0, 5.0
+"""Within a limit of the speed nothing sinks faster, in m/s, than what these m/s^2 brake before the ground."""
+
 
 def broken_limit(limits: StepLimits, home: Vec3, ground_z: float, p_w: Vec3, v_w: Vec3, q_wb: Quat) -> GuardReason:
     """Return which limit a vehicle is beyond; GOOD within all. m, m/s.
@@ -20,6 +25,8 @@ def broken_limit(limits: StepLimits, home: Vec3, ground_z: float, p_w: Vec3, v_w
     if x > limits.box or y > limits.box or z > limits.box:
         return GuardReason.STEP_BOX
     if v_w.x * v_w.x + v_w.y * v_w.y + v_w.z * v_w.z > limits.speed * limits.speed:
+        return GuardReason.STEP_SPEED
+    if limits.speed < OFF and v_w.z < -LANDING_SPEED and v_w.z * v_w.z > 2.0 * BRAKING * z:
         return GuardReason.STEP_SPEED
     cosine = 1.0 - 2.0 * (q_wb.x * q_wb.x + q_wb.y * q_wb.y)
     if limits.tilt < math.pi and cosine < math.cos(limits.tilt):

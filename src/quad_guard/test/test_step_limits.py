@@ -47,6 +47,18 @@ def test_beyond_a_limit_of_the_step_the_guard_flies_at_once(sample, reason):
     assert free.events == []
 
 
+@pytest.mark.parametrize(
+    ("height", "sink", "is_broken"), [(0.5, 2.2, False), (0.5, 2.3, True), (0.05, 0.9, False), (0.05, 1.1, True)]
+)
+def test_it_sinks_no_faster_than_can_be_braked_before_the_ground(height, sink, is_broken):
+    sample = at(p=(0.0, 0.0, height), v=(0.0, 0.0, -sink))
+    owner, free = Owner(step=StepLimits(speed=5.0), state=ANYWHERE), Owner(state=ANYWHERE)
+    owner.once(sample=sample(owner))
+    free.once(sample=sample(free))
+    assert owner.events == ([(0, GuardMode.DESCEND, GuardReason.STEP_SPEED)] if is_broken else [])
+    assert free.events == []
+
+
 def test_the_box_is_about_the_place_of_take_off():
     owner = Owner(step=HOP, state=ANYWHERE)
     owner.run(0.02, sample=at(p=(40.0, -7.0, 0.5)))

@@ -44,8 +44,8 @@ def test_what_the_land_detector_says_is_contact(vehicle, landed_state, landed):
 
 
 def test_a_request_goes_to_the_vehicle_that_is_meant_with_numbers_alone(vehicle):
-    vehicle._request(Request(21, attempt=258))
-    assert vehicle.sent == [("command_long", SYSTEM, 1, 21, 2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)]
+    vehicle._request(Request(21, param3=3.0, attempt=258))
+    assert vehicle.sent == [("command_long", SYSTEM, 1, 21, 2, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0)]
 
 
 def test_our_heartbeat_is_that_of_an_onboard_controller(vehicle):

@@ -46,6 +46,8 @@ def test_a_mode_is_ours_a_landing_or_somebody_else_s(autopilot, custom_mode, nam
 def test_the_mode_is_asked_for_by_each_autopilot_s_number():
     assert modes_and_texts.PROFILES[PX4].mode[:3] == (176, 1.0, 6.0)
     assert modes_and_texts.PROFILES[ARDUPILOT].mode[:3] == (176, 1.0, 4.0)
+    assert modes_and_texts.PROFILES[PX4].hold[:4] == (176, 1.0, 4.0, 3.0)  # AUTO, LOITER
+    assert modes_and_texts.PROFILES[ARDUPILOT].hold[:3] == (176, 1.0, 17.0)  # BRAKE
     assert modes_and_texts.PROFILES[PX4].land.command == modes_and_texts.PROFILES[ARDUPILOT].land.command == 21
 
 

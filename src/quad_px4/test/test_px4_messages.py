@@ -39,8 +39,9 @@ def test_the_heartbeat_names_one_level_and_px4s_time(mode, level):
 
 
 def test_a_command_goes_to_the_vehicle_that_is_meant_and_comes_from_outside():
-    found = vars(messages.command(PX4, Request(176, 1.0, 6.0, attempt=257), 7, NOW))
-    assert (found["command"], found["param1"], found["param2"], found["confirmation"]) == (176, 1.0, 6.0, 1)
+    found = vars(messages.command(PX4, Request(176, 1.0, 4.0, 3.0, attempt=257), 7, NOW))
+    assert (found["command"], found["confirmation"]) == (176, 1)
+    assert (found["param1"], found["param2"], found["param3"]) == (1.0, 4.0, 3.0)
     assert (found["target_system"], found["target_component"], found["timestamp"]) == (7, 1, NOW)
     assert found["from_external"] is True
 
