@@ -44,6 +44,14 @@ def test_a_right_heading_is_left_alone_whatever_the_mass_the_wind_and_the_gusts(
     assert turn_found(seen(heading=0.45, gain=gain)) == 0.0
 
 
+@pytest.mark.parametrize(("motion", "found"), [(4.4, 1.0), (10.0, 0.0)])
+def test_a_heading_that_leaves_much_of_the_motion_unexplained_is_not_used(motion, found):
+    # left 4.1 and 9.7 with the present heading, 0.4 and 6.0 with one that is 1 rad away
+    along, across = 4.0 * math.cos(1.0), 4.0 * math.sin(1.0)
+    evidence = NO_EVIDENCE._replace(along=along, across=across, thrust=4.0, motion=motion)
+    assert turn_found(evidence) == pytest.approx(found)
+
+
 def test_what_no_heading_explains_is_left_over():
     # mirrored: as if x pointed the other way, so a push of twice the thrust's own against it
     mirrored = seen(push=lambda t: -2.2 * VEHICLE.gravity * math.sin(0.3 * math.sin(3.0 * t)))
