@@ -60,8 +60,9 @@ RESET_DISTANCE, RESET_ANGLE = 0.3, math.radians(18.0)
 """m and rad beyond what the motion explains, from which on a change of pose is a reset."""
 RESTART = 1.0
 """s by which a stamp may be off what the clock says: more is another clock, or another start of it."""
-SLOWEST = 0.0166
-"""s between two samples from which on nothing can be flown: two in a row may be lost before the guard's 0.05 s end."""
+SLOWEST = 0.017
+"""s between two samples from which on nothing can be flown: at 60 Hz two in a row may be lost before the guard's 0.05 s
+end; the rest is what a clock is off."""
 LEAST_SAMPLES = 20
 """Samples that show a spacing."""
 UPRIGHT = math.radians(15.0)

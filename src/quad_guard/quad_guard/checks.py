@@ -105,6 +105,8 @@ def sample_refusal(
     sample: StateSample,
     last: BodyState,
     last_step: int,
+    turned: BodyState,
+    turned_step: int,
     now: int,
     period: int,
     frozen: bool,
@@ -112,7 +114,9 @@ def sample_refusal(
     """Return why ``sample`` is refused at plant step ``now``, or ACCEPTED; ``period`` in ns.
 
     ``last`` is the sample accepted at ``last_step``; before the first one ``last_step`` is negative, and nothing can
-    have jumped. ``frozen``: it repeats ``last`` although a live vehicle would show a change (``quad_guard.frozen``).
+    have jumped. ``turned`` has the attitude that is expected: ``last``, or that as measured body rates have turned it
+    up to ``turned_step``. ``frozen``: it repeats ``last`` although a live vehicle would show a change
+    (``quad_guard.frozen``).
     """
     state = sample.state
     if not is_flyable(state):
@@ -128,9 +132,10 @@ def sample_refusal(
     gap = (sample.step - last_step) * period / 1e9
     if position_change(last, state, gap) > limits.position_jump:
         return StateRefusal.POSITION_JUMP
-    if is_surely_within(last.q_wb, state.q_wb, limits.attitude_jump):
+    if is_surely_within(turned.q_wb, state.q_wb, limits.attitude_jump):
         return StateRefusal.ACCEPTED
-    if attitude_change(last.q_wb, state.q_wb) > limits.attitude_jump + gap * norm(last.omega_b):
+    gap = (sample.step - turned_step) * period / 1e9
+    if attitude_change(turned.q_wb, state.q_wb) > limits.attitude_jump + gap * norm(turned.omega_b):
         return StateRefusal.ATTITUDE_JUMP
     return StateRefusal.ACCEPTED
 

@@ -99,7 +99,11 @@ def observe(
     if estimate.step >= 0 and not is_new:
         missing = missed(parameters.contact, vehicle, grain, missing, last, last.p_w.z - estimate.ground_z, flown, dt)
     if sample.arrived:
-        refusal = sample_refusal(limits, sample, last, estimate.step, now, period, not is_new and missing.shows)
+        is_turned_on = estimate.rate_step > estimate.step
+        turned, turned_step = (state, estimate.rate_step) if is_turned_on else (last, estimate.step)
+        refusal = sample_refusal(
+            limits, sample, last, estimate.step, turned, turned_step, now, period, not is_new and missing.shows
+        )
         if refusal == StateRefusal.ACCEPTED:
             if is_new:
                 grain = finer(grain, last, sample.state) if estimate.step >= 0 else grain

@@ -26,7 +26,7 @@ def refusal(wrench=HOVER, step=100, now=100, last=99):
 def state_refusal(state, step=101, last=None, last_step=100, now=101):
     sample = checks.StateSample(state, step, True)
     last = flying() if last is None else last
-    return checks.sample_refusal(StateLimits(), sample, last, last_step, now, PERIOD, False)
+    return checks.sample_refusal(StateLimits(), sample, last, last_step, last, last_step, now, PERIOD, False)
 
 
 @pytest.mark.parametrize("value", BAD)

@@ -226,6 +226,25 @@ def test_an_attitude_that_jumps_is_not_believed_and_that_of_before_is_carried_on
     assert owner.report.mode == GuardMode.PASS
 
 
+@pytest.mark.parametrize(("jump", "rate"), [(-0.384, 3.0), (0.384, -6.0), (0.5, 9.0)])
+def test_a_jump_of_the_heading_against_the_turn_is_named_all_the_same(jump, rate):
+    owner = Owner()
+
+    def spinning(it, yaw=0.0):
+        q = quaternion_from_euler(Vec3(0.0, 0.0, rate * it.step * DT + yaw))
+        return it.sample(flying(x=it.step * DT, rates=(0.0, 0.0, rate))._replace(q_wb=q))
+
+    owner.run(0.5, sample=spinning)
+    # the same rates again and again would be a frozen gyro's
+    owner.run(0.3, sample=lambda it: wiggled(spinning(it, jump), it.step))
+    assert owner.events == [(259, GuardMode.DESCEND, GuardReason.HEADING)]
+
+
+def wiggled(sample, step):
+    rates = sample.state.omega_b
+    return sample._replace(state=sample.state._replace(omega_b=rates._replace(x=1e-6 * (1 + step % 2))))
+
+
 def test_an_attitude_that_returns_after_a_gap_is_believed_however_it_has_turned():
     owner = Owner()
     owner.run(0.5)
