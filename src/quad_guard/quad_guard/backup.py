@@ -31,7 +31,7 @@ from quad_core.guard_parameters import ContactRule
 from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import Vehicle, max_thrust
 from quad_guard.checks import BodyState
-from quad_guard.unknown_torque import within_rotors, within_thrust
+from quad_guard.unknown_torque import UnknownTorque, torque_at, within_rotors, within_thrust
 
 ATTITUDE_BANDWIDTH, ATTITUDE_DAMPING, YAW_RATE_BANDWIDTH = 8.0, 0.9, 3.0
 """Natural frequency in rad/s and damping ratio of roll and pitch; bandwidth of the yaw rate in rad/s."""
@@ -51,7 +51,7 @@ BRAKE_SHARE, FALL_BANDWIDTH, TOUCH_SPEED, TOUCH_HEIGHT, LEAST_WAY = 0.7, 30.0, 0
 """A fall is braked with this share of the largest deceleration, within so many rad/s, to a speed in m/s so many m above
 the ground; with a state, as the way in m that is left demands."""
 OFF_TRIM = 0.04
-"""Unknown torque, in hover torques of one rotor, beyond which a vehicle without any state does not fall."""
+"""Unknown roll and pitch torque, in hover torques of one rotor, beyond which a vehicle without state does not fall."""
 UNSEEN_ACCELERATION, WIDEST = 2.0 / 3.0, math.radians(70.0)
 """rad/s^2 that turn a vehicle unseen (one standard deviation of the paper's), and the tilt in rad that ends thrust."""
 
@@ -76,13 +76,13 @@ RESTING_RAMP = 0.25
 class Known(NamedTuple):
     """What is known: ``sight`` (``Sight``), and the age of the newest body rate, ``unseen`` in s.
 
-    ``torque``: in N m, that no wrench explains; ``strength``: what a thrust gives over what it should give;
+    ``unknown``: the torque that no wrench explains; ``strength``: what a thrust gives over what it should give;
     ``thrust``: the last one in N.
     """
 
     sight: int
     unseen: float
-    torque: Vec3
+    unknown: UnknownTorque
     strength: float
     thrust: float
 
@@ -122,7 +122,7 @@ def descend(
         thrust, lift = descent_thrust(vehicle, lift, state, height, known, up.z, dt)
     torque = level_torque(vehicle, state, up, direction)
     rest_time, ramp, stopped = contact(rule, memory, state, height, knows_velocity, dt)
-    torque = within_thrust(vehicle, thrust, within_rotors(vehicle, subtract(torque, known.torque)))
+    torque = within_thrust(vehicle, thrust, within_rotors(vehicle, subtract(torque, torque_at(known.unknown, thrust))))
     thrust, torque = ramp * thrust, scale(ramp, torque)
     if stopped:
         thrust, torque = 0.0, ZERO
@@ -162,8 +162,10 @@ def descent_thrust(
     left, braking, bandwidth = max(height - TOUCH_HEIGHT, LEAST_WAY), 0.0, VERTICAL_BANDWIDTH
     sinking = sink_speed(state) if known.sight == Sight.SEES else DESCENT_SPEED
     if known.sight == Sight.BLIND:
-        # a weak rotor's torque goes with its thrust: what was known of it holds at the thrust of before
-        off_trim = norm(known.torque) > OFF_TRIM * 0.25 * weight * vehicle.arm_length
+        # what was known of a large torque holds at the thrust of before; one about z tilts nothing
+        unknown = known.unknown.torque
+        tilting = math.sqrt(unknown.x * unknown.x + unknown.y * unknown.y)
+        off_trim = tilting > OFF_TRIM * 0.25 * weight * vehicle.arm_length
         low = min(known.thrust, mass * vehicle.gravity) if off_trim else FALLING_THRUST * weight
         lift, bandwidth = 0.0, FALL_BANDWIDTH
         if height > TOUCH_HEIGHT:

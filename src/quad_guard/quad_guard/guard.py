@@ -171,8 +171,8 @@ def step(
     mode, reason, since = next_mode(memory, timers, inputs.request, wrong, now)
     if mode == GuardMode.PASS and memory.mode != GuardMode.PASS:
         estimate = with_belief(estimate, True)
-    flown, descent = fly(parameters, vehicle, memory, mode, wrench, estimate, unknown.torque, state_age, rate_age, dt)
-    unknown = advanced(vehicle, unknown, estimate.state.omega_b, flown.torque_b, dt)
+    flown, descent = fly(parameters, vehicle, memory, mode, wrench, estimate, unknown, state_age, rate_age, dt)
+    unknown = advanced(vehicle, unknown, estimate.state.omega_b, flown, dt)
     # fmt: off
     after = Memory(
         mode, reason, since, first, wrench, command_step, answered, refused_commands,
@@ -195,14 +195,14 @@ def fly(
     mode: int,
     wrench: Wrench,
     estimate: Estimate,
-    unknown: Vec3,
+    unknown: UnknownTorque,
     state_age: float,
     rate_age: float,
     dt: float,
 ) -> tuple[Wrench, Descent]:
     """Return the wrench of ``mode`` and what the backup law remembers; ``wrench`` is the controller's.
 
-    ``unknown``: the torque in N m that the model does not explain.
+    ``unknown``: the torque that the model does not explain.
     """
     if mode == GuardMode.PASS:
         # a torque that answers no accepted state turns the vehicle over within 0.1 s
@@ -211,7 +211,7 @@ def fly(
         weight = vehicle.mass * vehicle.gravity
         thrust = within_thrust_range(parameters.step, weight, wrench.thrust, is_low)
         if blind:
-            return Wrench(thrust, scale(-1.0, unknown)), memory.descent
+            return Wrench(thrust, scale(-1.0, unknown.torque)), memory.descent
         return (wrench if thrust == wrench.thrust else Wrench(thrust, wrench.torque_b)), memory.descent
     if mode == GuardMode.KILL:
         return Wrench(0.0, ZERO), memory.descent

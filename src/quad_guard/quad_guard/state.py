@@ -26,7 +26,7 @@ from quad_guard.checks import (
 )
 from quad_guard.frozen import COARSEST_GRAIN, NOTHING_MISSING, Grain, Missing, finer, missed
 from quad_guard.motion import LOST, NO_EVIDENCE, Evidence, about_z, begun_anew, gathered, turn_found, unexplained
-from quad_guard.unknown_torque import UnknownTorque
+from quad_guard.unknown_torque import UnknownTorque, torque_at
 
 REFUSED_COUNT, REFUSED_WINDOW = 10, 0.2
 """So many refused samples within so many s end the controller's flight (ArduPilot)."""
@@ -123,7 +123,7 @@ def observe(
             state = BodyState(state.p_w, state.v_w, state.q_wb, rate)
     if estimate.step < 0:
         return estimate, refusals, refusal
-    made, d = unknown.made, unknown.torque
+    made, d = unknown.made, torque_at(unknown, unknown.thrust)
     acting = Wrench(estimate.evidence.strength * flown.thrust, Vec3(made.x + d.x, made.y + d.y, made.z + d.z))
     predicted = predict(vehicle, state, acting, gyro, dt)
     rate_step = now if gyro else estimate.rate_step

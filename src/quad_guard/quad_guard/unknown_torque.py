@@ -7,6 +7,9 @@ torque behind a filter of bandwidth L (a momentum observer: De Luca and Mattone,
 thrust shows in d, so does a load off the centre. The observer runs whoever flies, so that the backup law subtracts d
 from its first step on. Without a fresh body rate and at the ground d stays as it is.
 
+A weak rotor's d goes with the thrust, and its direction shows it: roll, pitch and yaw are those of less thrust at that
+rotor alone (Eqs. 3, 8). Such a d is known with the thrust behind the same lag and filter, f_d: d f / f_d at a thrust f.
+
 Four rotors cannot make a torque across body z without thrust: 2 max(|F_4 - F_2|, |F_1 - F_3|) at least (Eqs. 3, 8). An
 allocation that keeps roll and pitch to the last raises thrust for it. A vehicle that cannot be levelled asks for all of
 the torque, for ever, and climbs on it; so the backup law asks for no more torque than a thrust below the weight makes.
@@ -15,7 +18,7 @@ the torque, for ever, and climbs on it; so the backup law asks for no more torqu
 from typing import NamedTuple
 
 from quad_core.geometry import add, clamp, scale, subtract
-from quad_core.types import Vec3
+from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import Layout, Vehicle, max_thrust
 from quad_guard.checks import DIAGONAL, largest_torque
 
@@ -23,17 +26,23 @@ BANDWIDTH = 15.0
 """L in rad/s."""
 TORQUE_THRUST = 0.7
 """Thrust, in weights, that roll and pitch torque may ask for; below 1, or the vehicle climbs."""
+LIKENESS = 0.25
+"""Share by which the parts of d may differ from a weak rotor's."""
 
 
 class UnknownTorque(NamedTuple):
     """What the observer remembers, body frame: ``momentum`` h in N m s, ``made`` and ``torque`` d in N m.
 
-    ``made`` is the commanded torque, as far as rotors can make it, behind their lag.
+    ``made`` and ``thrust`` (N) are commanded torque, as far as rotors can make it, and thrust behind their lag;
+    ``filtered`` is the thrust behind the observer's filter too. ``of_thrust`` is f_d in N, 0 if d is no weak rotor's.
     """
 
     momentum: Vec3 = Vec3()
     made: Vec3 = Vec3()
     torque: Vec3 = Vec3()
+    thrust: float = 0.0
+    filtered: float = 0.0
+    of_thrust: float = 0.0
 
 
 NO_UNKNOWN_TORQUE = UnknownTorque()
@@ -45,19 +54,43 @@ def estimated(vehicle: Vehicle, memory: UnknownTorque, omega: Vec3, sees: bool) 
     actual = Vec3(vehicle.inertia_xx * omega.x, vehicle.inertia_yy * omega.y, vehicle.inertia_zz * omega.z)
     if sees:
         found = within_rotors(vehicle, scale(BANDWIDTH, subtract(actual, memory.momentum)))
-        return UnknownTorque(memory.momentum, memory.made, found)
-    return UnknownTorque(subtract(actual, scale(1.0 / BANDWIDTH, memory.torque)), memory.made, memory.torque)
+        of_thrust = memory.filtered if is_of_one_rotor(vehicle, found) else 0.0
+        return UnknownTorque(memory.momentum, memory.made, found, memory.thrust, memory.filtered, of_thrust)
+    momentum = subtract(actual, scale(1.0 / BANDWIDTH, memory.torque))
+    return UnknownTorque(momentum, memory.made, memory.torque, memory.thrust, memory.filtered, memory.of_thrust)
 
 
-def advanced(vehicle: Vehicle, memory: UnknownTorque, omega: Vec3, torque: Vec3, dt: float) -> UnknownTorque:
-    """Return the memory ``dt`` s later, under the commanded ``torque`` N m at body rates ``omega`` rad/s."""
+def is_of_one_rotor(vehicle: Vehicle, torque: Vec3) -> bool:
+    """Return whether less thrust at one rotor makes ``torque`` N m (Eqs. 3, 8)."""
+    roll, pitch, arm = abs(torque.x), abs(torque.y), vehicle.arm_length
+    if vehicle.layout == Layout.X:
+        size, off, arm = 0.5 * (roll + pitch), 0.5 * abs(roll - pitch), DIAGONAL * arm
+        turns_left = torque.x * torque.y > 0.0
+    else:
+        size, off = (roll, pitch) if roll > pitch else (pitch, roll)
+        turns_left = roll > pitch
+    yaw = size * vehicle.torque_coefficient / (vehicle.lift_coefficient * arm)
+    return off <= LIKENESS * size and abs(torque.z - (yaw if turns_left else -yaw)) <= LIKENESS * yaw
+
+
+def torque_at(memory: UnknownTorque, thrust: float) -> Vec3:
+    """Return d in N m at ``thrust`` N."""
+    if memory.of_thrust <= 0.0:
+        return memory.torque
+    return scale(clamp(thrust / memory.of_thrust, 0.0, 2.0), memory.torque)
+
+
+def advanced(vehicle: Vehicle, memory: UnknownTorque, omega: Vec3, flown: Wrench, dt: float) -> UnknownTorque:
+    """Return the memory ``dt`` s later, under the commanded wrench ``flown`` at body rates ``omega`` rad/s."""
     xx, yy, zz = vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz
     share = dt / (vehicle.rotor_time_constant + dt)
-    made = add(memory.made, scale(share, subtract(within_rotors(vehicle, torque), memory.made)))
+    made = add(memory.made, scale(share, subtract(within_rotors(vehicle, flown.torque_b), memory.made)))
+    thrust = memory.thrust + share * (flown.thrust - memory.thrust)
+    filtered = memory.filtered + dt * BANDWIDTH * (thrust - memory.filtered)
     p, q, r = omega.x, omega.y, omega.z
     turning = Vec3((yy - zz) * q * r, (zz - xx) * p * r, (xx - yy) * p * q)
     momentum = add(memory.momentum, scale(dt, add(add(made, turning), memory.torque)))
-    return UnknownTorque(momentum, made, memory.torque)
+    return UnknownTorque(momentum, made, memory.torque, thrust, filtered, memory.of_thrust)
 
 
 def within_rotors(vehicle: Vehicle, torque: Vec3) -> Vec3:

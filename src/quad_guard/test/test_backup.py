@@ -11,6 +11,7 @@ from quad_core.guard_parameters import ContactRule
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_guard.backup import Descent, Known, Sight, descend, predict
+from quad_guard.unknown_torque import NO_UNKNOWN_TORQUE, UnknownTorque
 
 RULE, VEHICLE = ContactRule(), Vehicle()
 WEIGHT = 0.56 * 9.8
@@ -25,7 +26,7 @@ def state(height=5.0, v=(0.0, 0.0, 0.0), angles=(0.0, 0.0, 0.0), omega=(0.0, 0.0
 
 def wrench(sight=Sight.SEES, memory=FRESH, vehicle=VEHICLE, known=(), **changes):
     seen = state(**changes)
-    known = Known(sight, 0.2, NONE, 1.0, WEIGHT)._replace(**dict(known))
+    known = Known(sight, 0.2, NO_UNKNOWN_TORQUE, 1.0, WEIGHT)._replace(**dict(known))
     return descend(RULE, vehicle, memory, seen, seen.p_w.z, known, 0.002)[0]
 
 
@@ -47,7 +48,9 @@ def test_the_torque_is_the_stated_one():
 
 @pytest.mark.parametrize("sight", range(4))
 def test_an_unknown_torque_is_taken_off_whatever_is_seen(sight):
-    assert wrench(sight, known={"torque": Vec3(0.03, -0.02, 0.5)}).torque_b == pytest.approx((-0.03, 0.02, -0.5))
+    assert wrench(sight, known={"unknown": UnknownTorque(torque=Vec3(0.03, -0.02, 0.5))}).torque_b == pytest.approx(
+        (-0.03, 0.02, -0.5)
+    )
 
 
 def test_upside_down_it_turns_too():
@@ -98,8 +101,9 @@ def test_without_any_state_it_falls_and_brakes_in_the_height_that_is_left():
     [(0.039, 1.0, 0.05), (0.041, 1.0, 1.0), (0.041, 0.9, 0.9), (0.041, 2.0, 1.0 / 0.95)],
 )
 def test_without_any_state_what_is_off_trim_keeps_the_thrust_of_before(share, before, expected):
-    # in hover torques of one rotor, 0.25 * weight * 0.3 m; a hover's thrust at most
-    known = {"torque": Vec3(0.0, share * 0.25 * WEIGHT * 0.3, 0.0), "strength": 0.95, "thrust": before * WEIGHT}
+    # in hover torques of one rotor, 0.25 * weight * 0.3 m; a hover's thrust at most; about z it tilts nothing
+    unknown = UnknownTorque(torque=Vec3(0.0, share * 0.25 * WEIGHT * 0.3, 1.0))
+    known = {"unknown": unknown, "strength": 0.95, "thrust": before * WEIGHT}
     assert wrench(Sight.BLIND, known=known).thrust == pytest.approx(expected * WEIGHT)
 
 
@@ -144,7 +148,9 @@ def at_rest(height, seconds, sight=Sight.SEES):
     memory, found = FRESH, []
     for _ in range(round(seconds / 0.002)):
         seen = state(height)
-        output, memory = descend(RULE, VEHICLE, memory, seen, height, Known(sight, 0.2, NONE, 1.0, WEIGHT), 0.002)
+        output, memory = descend(
+            RULE, VEHICLE, memory, seen, height, Known(sight, 0.2, NO_UNKNOWN_TORQUE, 1.0, WEIGHT), 0.002
+        )
         found.append((output.thrust, memory.stopped))
     return found
 
