@@ -99,11 +99,9 @@ def observe(
     if estimate.step >= 0 and not is_new:
         missing = missed(parameters.contact, vehicle, grain, missing, last, last.p_w.z - estimate.ground_z, flown, dt)
     if sample.arrived:
-        is_turned_on = estimate.rate_step > estimate.step
-        turned, turned_step = (state, estimate.rate_step) if is_turned_on else (last, estimate.step)
-        refusal = sample_refusal(
-            limits, sample, last, estimate.step, turned, turned_step, now, period, not is_new and missing.shows
-        )
+        turned, turned_step = turned_by_rates(estimate)
+        frozen = not is_new and missing.shows
+        refusal = sample_refusal(limits, sample, last, estimate.step, turned, turned_step, now, period, frozen)
         if refusal == StateRefusal.ACCEPTED:
             if is_new:
                 grain = finer(grain, last, sample.state) if estimate.step >= 0 else grain
@@ -134,6 +132,13 @@ def observe(
     )
     # fmt: on
     return after, refusals, refusal
+
+
+def turned_by_rates(estimate: Estimate) -> tuple[BodyState, int]:
+    """Return the last sample, or the state whose attitude measured body rates have turned since; and its step."""
+    if estimate.rate_step > estimate.step:
+        return estimate.state, estimate.rate_step
+    return estimate.sample, estimate.step
 
 
 def after_reset(limits: StateLimits, estimate: Estimate, sample: StateSample, now: int, period: int) -> Estimate:
