@@ -236,6 +236,7 @@ class Check:
                 return Row(mode, fault, float("nan"), "not armed", float("nan"), _words(said))
             time.sleep(self.options.after)
             if not relay.is_ours:
+                _until(lambda: fly.poll() is not None, _DOWN_WITHIN)
                 return Row(mode, fault, float("nan"), "ended before", float("nan"), _words(said))
             lose = self._loss(fly, fault)
             began, ours = relay.now(), relay.status.nav_state
