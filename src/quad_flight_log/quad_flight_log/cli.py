@@ -21,7 +21,7 @@ from quad_core.cascade import ATTITUDE, POSITION, STAGE
 from quad_core.command_line import Parser, open_streams
 from quad_flight_log.analysis.flight_checks import RECORD, equal_stamps, failed_checks, judgement, read_limits, run_ids
 from quad_flight_log.analysis.replay import Replay, replay
-from quad_flight_log.analysis.tables import TOPICS, measured, truth_note, truth_topic
+from quad_flight_log.analysis.tables import TOPICS, measured, measured_between, truth_note, truth_topic
 from quad_flight_log.bag.export import export, export_one_table
 from quad_flight_log.bag.payload_hash import payload_hash, topic_hashes
 from quad_flight_log.bag.reader import Flight, open_flight
@@ -72,11 +72,17 @@ def _cell(content: str) -> str:
 def _metrics(options: argparse.Namespace) -> int:
     """Print the metrics of one or more flights; 1 if a bag is no whole record of one flight: a note says why.
 
+    --state and --reference compare the positions of any two topics instead: Odometry, a pose, a point or a state.
+
     log metrics flights/a flights/b
     log metrics flights/a flights/b --latex > table.tex
+    log metrics flights/real-1 --state /vicon/pose --reference /set_point
     """
+    if bool(options.state) != bool(options.reference):
+        raise FlightLogError("log metrics: --state and --reference: found one of them, expected both")
     flights = _opened(options)
-    names, values = [each.name for each in flights], list(map(measured, flights))
+    of = partial(measured_between, state=options.state, reference=options.reference) if options.state else measured
+    names, values = [each.name for each in flights], list(map(of, flights))
     faults = [failed_checks(flight, RECORD) for flight in flights]
     notes = [
         "; ".join(filter(None, [*found, truth_note(flight)])) for found, flight in zip(faults, flights, strict=True)
@@ -417,6 +423,8 @@ FLAGS: dict[str, dict[str, Any]] = {
         "(default: the limits that the flight was held to when flown)",
     },
     "--topic": {**_REPEATED, "metavar": "TOPIC", "help": "only this; may be repeated"},
+    "--state": {"default": "", "metavar": "TOPIC", "help": "topic with the flown positions"},
+    "--reference": {"default": "", "metavar": "TOPIC", "help": "topic with the positions that were asked for"},
     "--names": {"default": "", "metavar": "A,B,...", "help": "names of the flights (default: their folders)"},
     "--out": {"type": Path, "metavar": "DIR", "help": "directory of what is written"},
     "--map": {"default": "", "metavar": "NAME|FILE", "help": "map of columns, shipped or a YAML file"},
@@ -431,7 +439,7 @@ FLAGS: dict[str, dict[str, Any]] = {
 }
 COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], int | str, tuple[str, ...]]] = {
     "info": (_info, "+", ()),
-    "metrics": (_metrics, "+", ("--json", "--csv", "--latex")),
+    "metrics": (_metrics, "+", ("--json", "--csv", "--latex", "--state", "--reference")),
     "check": (_check, "+", ("--limits",)),
     "hash": (_hash, "+", ("--topics",)),
     "export": (_export, 1, ("--topic", "--parquet", "--one-table", "--out")),

@@ -15,7 +15,7 @@ from rosbags.rosbag2 import Writer as RosbagsWriter
 
 from quad_flight_log import cli
 from quad_flight_log.analysis.flight_checks import judgement
-from quad_flight_log.analysis.tables import measured
+from quad_flight_log.analysis.tables import measured, measured_between
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import TopicError
 
@@ -267,3 +267,23 @@ def test_a_terminal_that_lacks_letters_gets_what_it_has(encoding, flown_bag, tmp
     assert done.returncode == 0, done.stderr
     assert b"erster Flug" in done.stdout
     assert done.stderr == b""
+
+
+def test_any_two_topics_with_positions_are_compared(tmp_path, capsys):
+    nav = flight_samples.typestore().types
+    header, point = nav["std_msgs/msg/Header"], nav["geometry_msgs/msg/Point"]
+    stamp = nav["builtin_interfaces/msg/Time"]
+
+    def place(topic, time, x):
+        at = stamp(sec=int(time), nanosec=round((time % 1.0) * 1e9))
+        return topic, nav["geometry_msgs/msg/PointStamped"](header(at, "map"), point(x, 0.0, 1.0))
+
+    flown = [place("vicon", 0.01 * step, 0.01 * step + 0.3) for step in range(101)]
+    led = [place("wish", 0.25 * step, 0.25 * step) for step in range(5)]
+    bag = recorded(tmp_path / "bag", [*flown, *led])
+    found = measured_between(open_flight(bag), "/vicon", "/wish")
+    assert (found.position_rmse, found.duration) == pytest.approx((0.3, 1.0))
+    assert cli.main(["metrics", str(bag), "--state", "/vicon", "--reference", "/wish"]) == 1
+    assert "0.3" in capsys.readouterr().out
+    assert cli.main(["metrics", str(bag), "--state", "/vicon"]) == 2
+    assert "expected both" in capsys.readouterr().err

@@ -4,6 +4,7 @@ Examples:
   scripts/identify flight.ulg --mass 1.5 --arms 0.17,0.17 --out my_vehicle.yaml
   scripts/identify log10 log15 --mass 0.031 --arms 0.046 --json identified.json --page identified.html
   scripts/identify lap.csv --map nanobench
+  scripts/identify --set-points manoeuvre.csv
 
 A LOG is a bag that `log import` wrote, or any file that it reads. Exit codes: 0 all that a vehicle file needs is told,
 1 it is not (what to fly is said), 2 bad usage or no readable log.
@@ -15,21 +16,30 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from quad_core.command_line import Parser
+from quad_core.geometry import ZERO
 from quad_core.parameter_files import load_yaml
-from quad_core.vehicle import ARRANGEMENTS
+from quad_core.parameters import build
+from quad_core.types import Quat, Vec3, fresh
+from quad_core.vehicle import ARRANGEMENTS, Vehicle
 from quad_flight_log.errors import FlightLogError, one_line, printable
 from quad_identify.identify import Result, identify
 from quad_identify.logs import places, read_log
 from quad_identify.model import AT
 from quad_identify.record import RecordError
 from quad_identify.vehicle_file import GRAVITY, bridge_sections, vehicle_text, vehicle_values
+from quad_trajectory import identify as manoeuvre
+
+SET_POINT_PERIOD = 0.02  # s
 
 
 def _parser() -> argparse.ArgumentParser:
     formatter = argparse.RawDescriptionHelpFormatter
     about, _, examples = (__doc__ or "").partition("\n\n")
     parser = Parser(prog="identify", description=about, epilog=examples, formatter_class=formatter)
-    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG")
+    parser.add_argument("logs", nargs="*", type=Path, metavar="LOG")
+    parser.add_argument(
+        "--set-points", type=Path, metavar="FILE", help="write the manoeuvre as CSV, for an autopilot's own controllers"
+    )
     parser.add_argument("--mass", type=float, metavar="KG", help="from a scale: no flight tells it")
     parser.add_argument(
         "--arms", default="", metavar="M|X,Y", help="centre to rotor in m, or its distances along x and y"
@@ -75,6 +85,12 @@ def _complain(problem: str) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
+    if options.set_points:
+        write_set_points(options.set_points)
+        print(options.set_points)
+        return 0
+    if not options.logs:
+        raise RecordError("LOG: found none, expected at least one log, or --set-points FILE")
     given, prior = _arms(options), _prior(options.prior)
     if options.mass is not None and not 0.001 <= options.mass <= 1000.0:
         raise RecordError(f"--mass: found {options.mass:g}, expected 0.001 to 1000 kg")
@@ -104,6 +120,18 @@ def _run(options: argparse.Namespace) -> int:
     if options.page:
         _page(result, options.page)
     return _vehicle(options, result, arms, layout, prior)
+
+
+def write_set_points(path: Path) -> None:
+    """Write the manoeuvre as rows of 0.02 s, as trajectory ``file`` reads them: from rest at its centre, SI, ENU."""
+    parameters = build(manoeuvre.Parameters, {})
+    plan = manoeuvre.plan(parameters, Vehicle(), fresh(Vec3(*parameters.centre), ZERO, Quat(), ZERO))
+    rows = ["t,x,y,z,vx,vy,vz,ax,ay,az,yaw"]
+    for step in range(int(manoeuvre.duration(parameters, plan) / SET_POINT_PERIOD)):
+        at = manoeuvre.sample(parameters, plan, step * SET_POINT_PERIOD)
+        numbers = (step * SET_POINT_PERIOD, *at.p_w, *at.v_w, *at.a_w, at.yaw)
+        rows.append(",".join(f"{number:.6g}" for number in numbers))
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
 
 
 def _vehicle(

@@ -1,6 +1,5 @@
 """Logs as identification takes them: a flight of ours, an imported bag, or a file of others by its map."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +11,14 @@ from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import ARRANGEMENTS, Layout, Vehicle
 from quad_dynamics.rotors import allocate_within, rotor_limit, rotor_speed
 from quad_flight_log.analysis.recorded_parameters import TOPIC
-from quad_flight_log.analysis.refly import phases_of
+from quad_flight_log.analysis.refly import flown_wrench, phases_of
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.imports.importing import read_recording
 from quad_flight_log.imports.maps import Recording, load_map, mapped
 from quad_flight_log.imports.tables import read_tables
 from quad_flight_log.imports.write import ROTORS
-from quad_identify.record import Flight, RecordError, Samples
+from quad_identify.record import Flight, Floats, RecordError, Samples
 
 
 def read_log(path: Path, map_name: str = "", layout: str = "") -> Flight:
@@ -33,17 +32,17 @@ def read_log(path: Path, map_name: str = "", layout: str = "") -> Flight:
     bag = open_flight(path)
     if bag.has(TOPIC) and bag.has(COMMAND) and bag.has("state"):
         vehicle = phases_of(bag, POSITION, None, {})[0][1].vehicle
-        return of_ours({name: bag.array(name) for name in ("state", COMMAND)}, vehicle, path.name)
+        stamps, wrench = flown_wrench(bag, vehicle)
+        return of_ours(bag.array("state"), 1e-9 * stamps.astype(np.float64), wrench, vehicle, path.name)
     return _flight(_imported(path), path.name, layout)
 
 
-def of_ours(topics: Mapping[str, Any], vehicle: Vehicle, name: str = "log") -> Flight:
-    """Return a flight of this stack from the tables ``state`` and ``wrench_setpoint``.
+def of_ours(state: Any, times: Floats, wrench: Floats, vehicle: Vehicle, name: str = "log") -> Flight:
+    """Return a flight of this stack: table ``state``, ``wrench`` (thrust N, torque N m), (n, 4), sent at ``times`` s.
 
     A motor's command is the speed that the nominal ``vehicle``'s allocation asks for, over the largest; the specific
     force is the change of velocity from state to state. Samples stand at the times at which they were true.
     """
-    state, command = topics["state"], topics[COMMAND]
     t = state["stamp_ns"] * 1e-9
     moved = np.diff(t - state["velocity_age"])
     with np.errstate(divide="ignore", invalid="ignore"):  # a repeated sample: left out as not finite
@@ -54,10 +53,10 @@ def of_ours(topics: Mapping[str, Any], vehicle: Vehicle, name: str = "log") -> F
     limit = rotor_limit(vehicle)
     made = [
         allocate_within(vehicle, Wrench(thrust, Vec3(*torque)), limit).rotor_speed
-        for thrust, torque in zip(command["thrust"].tolist(), command["torque_b"].tolist(), strict=True)
+        for thrust, *torque in wrench.tolist()
     ]
     return Flight(
-        Samples(command["stamp_ns"] * 1e-9, np.array(made) / rotor_speed(vehicle, limit)),
+        Samples(times, np.array(made) / rotor_speed(vehicle, limit)),
         Samples((t - state["velocity_age"])[:-1] + 0.5 * moved, force),
         Samples(t - state["rate_age"], state["omega_b"]),
         ARRANGEMENTS["x" if vehicle.layout == Layout.X else "plus"],

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from samples import log_of
 from simulated import Truth
@@ -68,7 +69,10 @@ def own_flight():
     assert flown.outcome == "ended"
     vehicle = flight.setup.vehicle
     lever = vehicle.arm_length * math.sqrt(0.5)
-    return vehicle, identify([of_ours(flown.topics, vehicle)], vehicle.mass, (lever, lever), judge=False), lever
+    state, command = flown.topics["state"], flown.topics["wrench_setpoint"]
+    wrench = np.column_stack([command["thrust"], command["torque_b"]])
+    log = of_ours(state, command["stamp_ns"] * 1e-9, wrench, vehicle)
+    return vehicle, identify([log], vehicle.mass, (lever, lever), judge=False), lever
 
 
 def test_a_flight_of_the_manoeuvre_tells_the_vehicle(own_flight):
@@ -108,9 +112,22 @@ def test_what_is_not_told_is_named_or_taken_from_a_prior():
     assert vehicle_values(slow, (LEVER, LEVER), "x", prior)["inertia_xx"] == (2e-3, "prior")
 
 
+def test_the_manoeuvre_is_a_file_of_set_points_that_begins_at_rest(tmp_path):
+    path = tmp_path / "manoeuvre.csv"
+    assert main(["--set-points", str(path)]) == 0
+    header, *lines = path.read_text().splitlines()
+    assert header == "t,x,y,z,vx,vy,vz,ax,ay,az,yaw"
+    rows = np.array([[float(part) for part in line.split(",")] for line in lines])
+    assert rows[0, 1:10] == pytest.approx([0.0, 0.0, 2.0, *[0.0] * 6], abs=1e-6)
+    moved, expected = np.diff(rows[:, 1:4], axis=0) / 0.02, 0.5 * (rows[1:, 4:7] + rows[:-1, 4:7])
+    assert moved == pytest.approx(expected, abs=2e-3)
+    assert rows[-1, 0] < 65.0
+
+
 @pytest.mark.parametrize(
     ("arguments", "problem"),
     [
+        ([], "LOG: found none, expected at least one log"),
         (["nothing.ulg"], "nothing.ulg: No such file"),
         (["x", "--mass", "0"], "--mass: found 0, expected 0.001 to 1000 kg"),
         (["x", "--arms", "1,2,3"], "--arms: found '1,2,3', expected one or two lengths"),

@@ -13,7 +13,7 @@ from quad_core.records import dtype_of
 from quad_core.roles import VehicleInterface
 from quad_flight_log.analysis.arrays import Floats, by_stamp, matched, norms
 from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics, rmse
-from quad_flight_log.bag.messages import Table, part_of
+from quad_flight_log.bag.messages import Table, flat_columns, part_of
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import TopicError
 
@@ -81,6 +81,42 @@ def measured(flight: Flight) -> FlightMetrics:
     if not tables:
         raise flight.without_topics("there is nothing to measure")
     return flight_metrics(tables)
+
+
+def measured_between(flight: Flight, state: str, reference: str) -> FlightMetrics:
+    """Return the metrics of position of two topics of any type, the reference's between its samples.
+
+    Raises TopicError for a topic without a position in m or without a time in common with the other.
+    """
+    (times, places), (asked, wanted) = _places(flight, state), _places(flight, reference)
+    inside = (times >= asked.min()) & (times <= asked.max())
+    if not inside.any():
+        raise TopicError(f"{flight.path}: {state} and {reference}: found no stamp of the one within those of the other")
+    times, order = times[inside], np.argsort(asked, kind="stable")
+    kind = [("stamp_ns", "i8"), ("p_w", "f8", 3), ("trajectory_time", "f8")]
+    flown, led = np.zeros(len(times), kind), np.zeros(len(times), kind)
+    flown["stamp_ns"] = led["stamp_ns"] = times
+    flown["p_w"], led["trajectory_time"] = places[inside], (times - times[0]) * 1e-9
+    for axis in range(3):
+        led["p_w"][:, axis] = np.interp(times, asked[order], wanted[order, axis])
+    return flight_metrics({"truth": flown, "reference": led})
+
+
+def _places(flight: Flight, topic: str) -> tuple[NDArray[np.int64], Floats]:
+    """Return stamps in ns and the finite positions in m, shape (n, 3), of Odometry, a pose, a point or a state."""
+    table = flight.array(topic)
+    columns = dict(flat_columns(table))
+    ends = [name.removesuffix("x") for name in columns if name.endswith(("position.x", "point.x", "translation.x"))]
+    names = (
+        [f"p_w[{axis}]" for axis in range(3)]
+        if "p_w[0]" in columns
+        else [f"{end}{a}" for end in ends[:1] for a in "xyz"]
+    )
+    if not names:
+        raise TopicError(f"{flight.path}: {topic}: found no position, expected Odometry, a pose, a point or a state")
+    places = np.stack([columns[name].astype(float) for name in names], axis=1)
+    good = np.isfinite(places).all(axis=1)
+    return columns["stamp_ns" if "stamp_ns" in columns else "log_ns"][good].astype(np.int64), places[good]
 
 
 def truth_topic(flight: Flight) -> str:
