@@ -41,7 +41,7 @@ class Parameters(NamedTuple):
     """Identify: how it is entered, how long and where it is flown, and how hard."""
 
     start: Entry = Start.APPROACH.value
-    duration: Annotated[float, Real("s", "flight time from t = 0", 5.0, 60.0)] = 55.0
+    duration: Annotated[float, Real("s", "flight time from t = 0", 0.01, 60.0)] = 55.0
     centre: Position = Position(0.0, 0.0, 2.0)
     yaw: Annotated[float, Real("rad", "heading around which the vehicle turns", -6.3, 6.3)] = 0.0
     horizontal: Annotated[float, Real("m/s^2", "largest acceleration along x, and along y", 0.0, 6.0)] = 2.0
