@@ -70,16 +70,19 @@ CASES = [(names, False) for names in FLIGHTS] + [(FLIGHTS[0], True)]
 @pytest.mark.parametrize(
     ("names", "predicted"), CASES, ids=["-".join(names) + "-predicted" * predicted for names, predicted in CASES]
 )
-def test_a_compiled_flight_has_the_bits_of_python(names, predicted):
+def test_a_compiled_flight_has_the_bits_of_python(names, predicted, tmp_path):
+    path = tmp_path / "path.csv"
+    path.write_text("t,x,y,z\n0,0,0,0.5\n0.2,0,0,0.5\n0.4,0.01,0,0.51\n0.6,0.01,0,0.51\n", encoding="utf-8")
     position, attitude, trajectory, plant, disturbance, sensing = names
+    from_file = [f"trajectory.file.path={path}"] if trajectory == "file" else []
     flight = from_names(
         trajectory,
         position=position,
         attitude=attitude,
         plant=plant,
-        settings=settings(trajectory, plant, disturbance, sensing, predicted),
+        settings=[*settings(trajectory, plant, disturbance, sensing, predicted), *from_file],
         vehicle="x500" if predicted else "paper",
-        duration=None if trajectory == "waypoints" else 0.5,
+        duration=None if trajectory in ("waypoints", "file") else 0.5,
     )
     plain, fast = fly(flight), fly(flight, compiled=True)
     assert plain.steps > 100

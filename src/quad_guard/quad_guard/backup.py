@@ -122,7 +122,9 @@ def descend(
         thrust, lift = descent_thrust(vehicle, lift, state, height, known, up.z, dt)
     torque = level_torque(vehicle, state, up, direction)
     rest_time, ramp, stopped = contact(rule, memory, state, height, knows_velocity, dt)
-    torque = within_thrust(vehicle, thrust, within_rotors(vehicle, subtract(torque, torque_at(known.unknown, thrust))))
+    torque = within_thrust(
+        vehicle, thrust, within_rotors(vehicle, subtract(torque, torque_at(vehicle, known.unknown, thrust)))
+    )
     thrust, torque = ramp * thrust, scale(ramp, torque)
     if stopped:
         thrust, torque = 0.0, ZERO

@@ -121,7 +121,7 @@ def observe(
             state = BodyState(state.p_w, state.v_w, state.q_wb, rate)
     if estimate.step < 0:
         return estimate, refusals, refusal
-    made, d = unknown.made, torque_at(unknown, unknown.thrust)
+    made, d = unknown.made, torque_at(vehicle, unknown, unknown.thrust)
     acting = Wrench(estimate.evidence.strength * flown.thrust, Vec3(made.x + d.x, made.y + d.y, made.z + d.z))
     predicted = predict(vehicle, state, acting, gyro, dt)
     rate_step = now if gyro else estimate.rate_step

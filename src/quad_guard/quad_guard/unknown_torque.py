@@ -34,7 +34,7 @@ class UnknownTorque(NamedTuple):
     """What the observer remembers, body frame: ``momentum`` h in N m s, ``made`` and ``torque`` d in N m.
 
     ``made`` and ``thrust`` (N) are commanded torque, as far as rotors can make it, and thrust behind their lag;
-    ``filtered`` is the thrust behind the observer's filter too. ``of_thrust`` is f_d in N, 0 if d is no weak rotor's.
+    ``filtered`` is the thrust behind the observer's filter too. ``of_thrust`` is f_d in N: that of the time of d.
     """
 
     momentum: Vec3 = Vec3()
@@ -54,8 +54,7 @@ def estimated(vehicle: Vehicle, memory: UnknownTorque, omega: Vec3, sees: bool) 
     actual = Vec3(vehicle.inertia_xx * omega.x, vehicle.inertia_yy * omega.y, vehicle.inertia_zz * omega.z)
     if sees:
         found = within_rotors(vehicle, scale(BANDWIDTH, subtract(actual, memory.momentum)))
-        of_thrust = memory.filtered if is_of_one_rotor(vehicle, found) else 0.0
-        return UnknownTorque(memory.momentum, memory.made, found, memory.thrust, memory.filtered, of_thrust)
+        return UnknownTorque(memory.momentum, memory.made, found, memory.thrust, memory.filtered, memory.filtered)
     momentum = subtract(actual, scale(1.0 / BANDWIDTH, memory.torque))
     return UnknownTorque(momentum, memory.made, memory.torque, memory.thrust, memory.filtered, memory.of_thrust)
 
@@ -73,9 +72,9 @@ def is_of_one_rotor(vehicle: Vehicle, torque: Vec3) -> bool:
     return off <= LIKENESS * size and abs(torque.z - (yaw if turns_left else -yaw)) <= LIKENESS * yaw
 
 
-def torque_at(memory: UnknownTorque, thrust: float) -> Vec3:
-    """Return d in N m at ``thrust`` N."""
-    if memory.of_thrust <= 0.0:
+def torque_at(vehicle: Vehicle, memory: UnknownTorque, thrust: float) -> Vec3:
+    """Return d in N m at ``thrust`` N: a weak rotor's goes with the thrust."""
+    if memory.of_thrust <= 0.0 or not is_of_one_rotor(vehicle, memory.torque):
         return memory.torque
     return scale(clamp(thrust / memory.of_thrust, 0.0, 2.0), memory.torque)
 

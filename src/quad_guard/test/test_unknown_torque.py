@@ -94,7 +94,9 @@ def test_a_weak_rotor_is_told_from_a_load_by_its_yaw_and_goes_with_the_thrust(ve
     assert not is_of_one_rotor(vehicle, Vec3(weak.x + 0.5 * weak.y, weak.y - 0.5 * weak.x, weak.z))
     for true, share in ((weak, 0.5), (weak._replace(z=0.0), 1.0)):
         known = watched(vehicle, Vec3(0.0, 0.0, 0.0), true, 0.6)
-        assert torque_at(known, 0.5 * WEIGHT) == pytest.approx([share * part for part in true], rel=0.01, abs=1e-9)
+        assert torque_at(vehicle, known, 0.5 * WEIGHT) == pytest.approx(
+            [share * part for part in true], rel=0.01, abs=1e-9
+        )
 
 
 def test_the_thrust_of_a_torque_is_that_of_when_it_was_seen():
@@ -104,7 +106,7 @@ def test_the_thrust_of_a_torque_is_that_of_when_it_was_seen():
     for _ in range(100):
         memory = advanced(X, estimated(X, memory, Vec3(), False), Vec3(), Wrench(2.0 * WEIGHT, Vec3()), DT)
     assert memory.of_thrust == known.of_thrust == pytest.approx(WEIGHT, rel=0.01)
-    assert torque_at(memory, WEIGHT).x == pytest.approx(weak.x, rel=0.01)
+    assert torque_at(X, memory, WEIGHT).x == pytest.approx(weak.x, rel=0.01)
 
 
 def test_a_spinning_body_is_explained_by_eulers_equations():
