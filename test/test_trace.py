@@ -24,5 +24,5 @@ def test_both_ways_are_traced_from_their_first_file_to_their_last():
     assert len(counted) == 5  # the step, the gain without ROS and over it, the thrust without ROS and over it
     assert all(5 <= number <= 40 for number in counted)
     without, over = counted[3:]
-    assert without <= 14
-    assert over <= 21
+    assert without <= 16
+    assert over <= 23

@@ -9,7 +9,7 @@ from quad_core.parameters import ParameterError
 
 
 def asked(given, realtime=True, own=(), mission="takeoff,land"):
-    options = argparse.Namespace(vehicle_interface=given, realtime=realtime, own=list(own), mission=mission)
+    options = argparse.Namespace(vehicle_interface=given, realtime=realtime, own=list(own), mission=mission, step=None)
     return vehicle_interface.commands(options)
 
 
