@@ -28,7 +28,7 @@ _EXAMPLES = """examples:
   scripts/campaign campaign_case2 --flights 1000 --out campaigns/one
   scripts/campaign campaign_case2 --flights 1000 --out campaigns/one --resume      after it was killed
   scripts/campaign my_campaign.yaml --flights 10000 --out campaigns/two --scheduler tcp://host:8786
-  scripts/campaign my_law.yaml --flights 1000 --out campaigns/mine --beside campaigns/one      pairs, flight by flight
+  scripts/campaign my_law.yaml --flights 1000 --out campaigns/mine --against campaigns/one      pairs, flight by flight
   scripts/campaign campaign_case2 --refly 17 --out flights/seventeen                flight 17 over ROS, with a bag
 
 Flight n of a campaign is the same flight however many there are and wherever it is flown. DIR holds flights.parquet
@@ -75,7 +75,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--scheduler", type=_address, default="", metavar="ADDRESS", help="fly on the workers of a Dask scheduler"
     )
-    parser.add_argument("--beside", type=Path, metavar="DIR", help="compare with a campaign that drew the same values")
+    parser.add_argument("--against", type=Path, metavar="DIR", help="compare with a campaign that drew the same values")
     parser.add_argument("--refly", type=_at_least(0), metavar="N", help="fly flight N over ROS, with a bag")
     parser.add_argument("--part", type=_at_least(1), default=50, metavar="N", help="flights per part (default: 50)")
     parser.add_argument(
@@ -115,7 +115,7 @@ def _refly(definition: Definition, options: argparse.Namespace) -> int:
 def _campaign(path: Path, definition: Definition, options: argparse.Namespace, said: str) -> int:
     out = options.out or Path("campaigns", f"{definition.name}-{datetime.now(timezone.utc):%Y%m%d-%H%M%S}")
     batch = prepared(definition)
-    theirs = None if options.beside is None else flights_of(options.beside)
+    theirs = None if options.against is None else flights_of(options.against)
     about: dict[str, Any] = {
         "identity": {
             "file": hashlib.sha256(path.read_bytes()).hexdigest(),
@@ -135,13 +135,13 @@ def _campaign(path: Path, definition: Definition, options: argparse.Namespace, s
     took = time.monotonic() - began
     facts = {"command": said, "flights": len(frame), "steps": int(frame["steps"].sum()), "wall time, s": f"{took:.1f}"}
     whole = {**facts, **about["identity"], "file text": about["definition"]}
-    beside = None
+    against = None
     if theirs is not None:
-        beside = (options.beside.name, paired(frame, theirs, list(definition.vary)))
-    write_page(page(definition, batch.variation, frame, whole, beside), out / "report.html")
+        against = (options.against.name, paired(frame, theirs, list(definition.vary)))
+    write_page(page(definition, batch.variation, frame, whole, against), out / "report.html")
     sys.stdout.write(f"{definition.name}: {text(definition, frame)}\n")
-    if beside is not None:
-        sys.stdout.write(f"{pairs_text(*beside)}\n")
+    if against is not None:
+        sys.stdout.write(f"{pairs_text(*against)}\n")
     sys.stdout.write(f"{len(frame)} flights, {facts['steps']} steps in {took:.1f} s; {out / 'report.html'}\n")
     return GOOD
 

@@ -66,11 +66,11 @@ def page(
     variation: Variation,
     frame: pd.DataFrame,
     about: dict[str, Any],
-    beside: tuple[str, Pairs] | None = None,
+    against: tuple[str, Pairs] | None = None,
 ) -> Page:
     """Return the page: verdict, three numbers, the errors of all flights, then the parameters and the worst flights.
 
-    ``beside``: the name of a campaign that drew the same values, and what came of the pairs.
+    ``against``: the name of a campaign that drew the same values, and what came of the pairs.
     """
     found, ended = success(frame), frame[frame["outcome"] == "ended"]
     rows = [
@@ -83,8 +83,8 @@ def page(
         for row in worst(frame).to_dict("records")
     ]
     body: list[Figure | str] = [heading("", definition.about), _curve(ended)]
-    if beside is not None:
-        body += [heading(f"Beside {beside[0]}, flight by flight", pairs_text(*beside)), _pairs_table(*beside)]
+    if against is not None:
+        body += [heading(f"Against {against[0]}, flight by flight", pairs_text(*against)), _pairs_table(*against)]
     body += [heading("Quantiles of the flights that ended"), table(head, rows)]
     body += _ranking(definition, frame)
     body += [heading("Worst flights"), table(("flight", "outcome", "RMSE [m]", "over ROS, with a bag"), cases)]

@@ -35,7 +35,7 @@ def flights_of(directory: Path) -> pd.DataFrame:
     """Return the flights of a campaign's directory; raises ParameterError if it holds none."""
     path = directory / FLIGHTS
     if not path.is_file():
-        raise ParameterError(f"--beside: found no {path}, expected the directory of a campaign that was flown")
+        raise ParameterError(f"--against: found no {path}, expected the directory of a campaign that was flown")
     return pd.read_parquet(path)
 
 
@@ -47,18 +47,18 @@ def paired(ours: pd.DataFrame, theirs: pd.DataFrame, drawn: list[str]) -> Pairs:
     ours, theirs = ours.head(count), theirs.head(count)
     for name in drawn:
         if name not in theirs:
-            raise ParameterError(f"--beside: found no {name}, expected a campaign with the same `vary`")
+            raise ParameterError(f"--against: found no {name}, expected a campaign with the same `vary`")
         apart = np.flatnonzero(ours[name].to_numpy() != theirs[name].to_numpy())
         if len(apart):
             n = int(apart[0])
             found = f"found {name} {theirs[name].iloc[n]} in flight {n}, expected {ours[name].iloc[n]}"
-            raise ParameterError(f"--beside: {found}: the same `seed` and `vary` draw the same values")
+            raise ParameterError(f"--against: {found}: the same `seed` and `vary` draw the same values")
     good, other = ours["success"].to_numpy(dtype=bool), theirs["success"].to_numpy(dtype=bool)
-    alone, beside = int((good & ~other).sum()), int((other & ~good).sum())
-    p = float(binomtest(alone, alone + beside).pvalue) if alone + beside else 1.0
+    alone, theirs_alone = int((good & ~other).sum()), int((other & ~good).sum())
+    p = float(binomtest(alone, alone + theirs_alone).pvalue) if alone + theirs_alone else 1.0
     ended = ((ours["outcome"] == "ended").to_numpy()) & ((theirs["outcome"] == "ended").to_numpy())
     ratios = np.sort(ours["rmse"].to_numpy()[ended] / theirs["rmse"].to_numpy()[ended])
-    counts = (int((good & other).sum()), alone, beside, int((~good & ~other).sum()))
+    counts = (int((good & other).sum()), alone, theirs_alone, int((~good & ~other).sum()))
     return Pairs(*counts, p, *_median(ratios), len(ratios))
 
 
