@@ -12,7 +12,7 @@ setup(
         ("share/quad_flight_log", ["package.xml"]),
     ],
     zip_safe=False,
-    install_requires=["mcap", "numpy", "PyYAML", "zstandard"],
+    install_requires=["mcap", "numpy", "PyYAML", "rosbags", "zstandard"],
     extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": [

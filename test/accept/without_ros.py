@@ -16,8 +16,7 @@ from quad_flight_log.bag.reader import open_flight
 flight = from_names("hover", duration=2.0)
 plain, compiled = fly(flight), fly(flight, compiled=True)
 print(plain.outcome, plain.topics["state"].tobytes() == compiled.topics["state"].tobytes(), plain.rmse)
-with open_flight(sys.argv[1]) as bag:
-    print(len(bag.array("state")))
+print(len(open_flight(sys.argv[1]).array("state")))
 try:
     import rclpy
 except ImportError:
