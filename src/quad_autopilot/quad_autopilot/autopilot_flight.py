@@ -190,12 +190,12 @@ class AutopilotFlight:
 
     def _watch_limits(self, state: VehicleState) -> None:
         """Note the first limit of the step that ``state`` is beyond."""
-        at, v = subtract(state.p_w, self._home), norm(state.v_w)
         broken = broken_limit(self.limits, self._home, state.ground_z, state.p_w, state.v_w, state.q_wb)
-        if broken != GuardReason.GOOD and not self.beyond:
-            here = f"{at.x:.2f} {at.y:.2f} {state.p_w.z - state.ground_z:.2f} m from the take-off"
-            lean = math.degrees(tilt(state.q_wb))
-            self.beyond = f"{REASONS[broken]} (found {here}, {v:.2f} m/s, {lean:.1f} deg)"
+        if broken == GuardReason.GOOD or self.beyond:
+            return
+        at, lean = subtract(state.p_w, self._home), math.degrees(tilt(state.q_wb))
+        here = f"{at.x:.2f} {at.y:.2f} {state.p_w.z - state.ground_z:.2f} m from the take-off"
+        self.beyond = f"{REASONS[broken]} (found {here}, {norm(state.v_w):.2f} m/s, {lean:.1f} deg)"
 
     def within_thrust_range(self, newtons: float) -> float:
         """Return the thrust in N that may go to the autopilot for one of ``newtons``."""

@@ -39,15 +39,16 @@ def influences(frame: pd.DataFrame, parameters: Iterable[str]) -> list[Influence
 
     ranks, found = badness(frame), []
     varied = [name for name in parameters if name != SEED and frame[name].nunique() > 1]
+    total, flights = float(((ranks - ranks.mean()) ** 2).sum()), len(ranks)
     for name in varied:
-        own = [ranks[places].to_numpy() for places in _groups(frame[name]).values()]
+        groups = _groups(frame[name])
+        own = [ranks[places].to_numpy() for places in groups.values()]
         within = sum(float(((group - group.mean()) ** 2).sum()) for group in own)
-        total, flights = float(((ranks - ranks.mean()) ** 2).sum()), len(ranks)
         if total == 0.0 or flights <= len(own):
             continue
         share = 1.0 - (flights - 1) / (flights - len(own)) * within / total
         p = min(1.0, len(varied) * float(kruskal(*own).pvalue))
-        best = list(_groups(frame[name]))[int(np.argmin([group.mean() for group in own]))]
+        best = list(groups)[int(np.argmin([group.mean() for group in own]))]
         found.append(Influence(name, max(0.0, share), p, best))
     return sorted(found, key=lambda each: -each.share)
 

@@ -6,7 +6,7 @@ The guard and the bridges to autopilots ask ``broken_limit`` at every state and 
 import math
 
 from quad_core.enumerations import GuardReason
-from quad_core.geometry import clamp
+from quad_core.geometry import body_z, clamp
 from quad_core.guard_parameters import StepLimits
 from quad_core.types import Quat, Vec3
 
@@ -28,8 +28,7 @@ def broken_limit(limits: StepLimits, home: Vec3, ground_z: float, p_w: Vec3, v_w
         return GuardReason.STEP_SPEED
     if limits.speed < OFF and v_w.z < -LANDING_SPEED and v_w.z * v_w.z > 2.0 * BRAKING * z:
         return GuardReason.STEP_SPEED
-    cosine = 1.0 - 2.0 * (q_wb.x * q_wb.x + q_wb.y * q_wb.y)
-    if limits.tilt < math.pi and cosine < math.cos(limits.tilt):
+    if limits.tilt < math.pi and body_z(q_wb).z < math.cos(limits.tilt):
         return GuardReason.STEP_TILT
     return GuardReason.GOOD
 
