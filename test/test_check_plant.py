@@ -15,7 +15,7 @@ pytestmark = pytest.mark.flight
 
 ROLES = ["--ros-args", "-p", "flight.roles:=simulator,attitude_controller"]
 REAL_TIME = ["-p", "flight.mode:=realtime", "-p", "flight.plant_period:=10000000"]
-CHECK = Path(get_package_prefix("quad_dynamics"), "lib", "quad_dynamics", "check_plant")
+CHECK = [Path(get_package_prefix("quad_dynamics"), "lib", "quad_dynamics", "check_plant")]
 EXAMPLE = [sys.executable, ROOT / "examples/own_nodes/vehicle.py", *ROLES]
 
 
@@ -25,7 +25,7 @@ def simulator(package, *words):
 
 
 def said(*words):
-    return subprocess.run([CHECK, *words], capture_output=True, text=True, timeout=120, check=False)
+    return subprocess.run([*CHECK, *words], capture_output=True, text=True, timeout=120, check=False)
 
 
 def checked(vehicle, *both):
@@ -55,6 +55,22 @@ def test_a_vehicle_of_the_stack_is_kept(vehicle, both):
     assert done.returncode == 0, done.stdout + done.stderr
     assert "ok    a silent controller ends the flight as FAILED, named" in done.stdout
     assert done.stdout.splitlines()[-1] == "20 of 20 kept"
+
+
+SLOW = """
+import time
+from quad_dynamics.check_plant import node
+answer = node.PlantCheck.step
+node.PlantCheck.step = lambda *given: (time.sleep(0.01), answer(*given))
+node._ANSWER = 0.9
+node.main()
+"""
+
+
+def test_a_vehicle_on_a_busy_machine_is_judged_by_the_clock_of_its_flight(monkeypatch):
+    monkeypatch.setattr("test_check_plant.CHECK", [sys.executable, "-c", SLOW])  # 1.5 s for a climb
+    done = checked(simulator("quad_dynamics"))
+    assert done.stdout.splitlines()[-1] == "20 of 20 kept", done.stdout + done.stderr
 
 
 def test_a_plant_with_another_inertia_and_mass_is_found_out():

@@ -72,6 +72,8 @@ def test_two_bags_in_a_directory_ask_for_one(tmp_path):
     with pytest.raises(FlightLogError, match=r"one_0\.mcap, other_0\.mcap; expected one bag, name the file"):
         open_flight(tmp_path)
     assert heights_of(tmp_path / "one_0.mcap") == EXPECTED
+    (tmp_path / "other_0.mcap").rename(tmp_path / "._one_0.mcap")
+    assert heights_of(tmp_path) == EXPECTED
 
 
 def test_a_closed_and_an_unclosed_file_of_one_name_ask_for_one(tmp_path):

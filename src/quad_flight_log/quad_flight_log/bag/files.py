@@ -234,7 +234,8 @@ def files_of(path: Path) -> tuple[list[BagFile], list[str]]:
         return ([_file(path)], [])
     if not path.is_dir():
         raise FlightLogError(f"{path}: no such file or directory")
-    found = [each for each in path.iterdir() if {".mcap", ".db3"} & set(each.suffixes) and each.is_file()]
+    seen = (each for each in path.iterdir() if not each.name.startswith("."))  # ._NAME: of macOS
+    found = [each for each in seen if {".mcap", ".db3"} & set(each.suffixes) and each.is_file()]
     if not found:
         raise FlightLogError(f"{path}: no *.mcap and no *.db3 in it, expected a bag directory")
     listed = _listed(path)
