@@ -60,6 +60,7 @@ the guard refuses samples from 20 degrees on."""
 _LAST_WORDS = 3
 _OURS = (Phase.FLY, Phase.RETURN)
 _ALOFT = (Phase.SPOOL_UP, *_OURS, Phase.LAND, Phase.CLIMB, Phase.DISARM, Phase.HAND_BACK)
+_BLAMED_FOR = 1.0  # s after this process stood still in which a flight that fails has failed by that
 _TELL_EVERY, _COMMANDER_ENDS = 0.5, 1.0  # s between two messages on flight/autopilot; for the commander to end a flight
 
 
@@ -123,6 +124,7 @@ class AutopilotFlight:
         self.sample: odometry.Sample | None = None
         self.stop, self.origin, self.heard, self.spoke_at = "", -1, -math.inf, -math.inf
         self._unanswered_at, self._beat_at = math.inf, math.inf
+        self._pause, self._paused_at = "", -math.inf
         self._is_landing = self._has_climbed = False
         self.lift, self._standing = standing(0.0), Standing()
         self.limits, self.beyond, self._home = leader.guard.parameters.step, "", ZERO
@@ -278,13 +280,16 @@ class AutopilotFlight:
         return ours and not self._is_landing
 
     def begin_step(self) -> bool:
-        """Return whether a step is due: all nodes are ready, and the flight is not over."""
-        if self.is_over or self.leader.handshake.missing():
+        """Return whether a step is due: all nodes were ready, and the flight is not over."""
+        waits = self.leader.phase == FlightState.WAITING and self.leader.handshake.missing()
+        if self.is_over or waits:  # a node that fails later neither stops the heartbeat nor the way to the ground
             return False
         now = self.clock()
         # no other node is blamed for a pause of this process: the states that came meanwhile are still to be read
         paused, self._beat_at = now - self._beat_at - BEAT, now
         self.leader.note_pause(paused)
+        if paused > self.settings.arming.state_timeout:
+            self._pause, self._paused_at = self.leader.stood_still, now
         if self.leader.stood_still:
             self.heard = min(self.heard + paused, now)
             self._unanswered_at += min(paused, max(now - self._unanswered_at, 0.0))
@@ -314,7 +319,10 @@ class AutopilotFlight:
             self.commander.is_over,
             phase == Phase.STREAM and bool(self._moves()),
         )
+        before = self.sequence.reason
         output, self.sequence = arming.step(self.profile, self.settings.arming, self.sequence, inputs)
+        if output.reason != before and now - self._paused_at < _BLAMED_FOR:
+            leader.cause = leader.cause or self._pause
         self._tell(now)
         self._report_reasons()
         self.ack = None
@@ -455,7 +463,7 @@ class AutopilotFlight:
             is_seen = self.commander.is_over or self.phase == Phase.RELEASED
             unseen = "" if is_seen else f"{self.profile.name} disarmed before the mission had ended"
             cause = "" if leader.cause in reason else leader.cause
-            reason = "; ".join(dict.fromkeys(filter(None, (reason, self.commander.outcome, cause, unseen))))
+            reason = "; ".join(dict.fromkeys(filter(None, (cause, reason, self.commander.outcome, unseen))))
         leader.end(FlightState.FAILED if reason else FlightState.ENDED, reason)
 
     def fail(self, reason: str) -> None:

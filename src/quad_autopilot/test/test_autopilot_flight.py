@@ -5,9 +5,11 @@ from unittest.mock import Mock
 
 import pytest
 
-from quad_autopilot.autopilot_flight import AutopilotFlight
+from quad_autopilot.autopilot_flight import BEAT, AutopilotFlight
+from quad_autopilot.parameters import ArmingParameters
 from quad_core.guard_parameters import GuardParameters, StepLimits
 from quad_core.types import AttitudeThrust, Quat, Vec3, VehicleState
+from quad_msgs.msg import FlightState
 from quad_node.codec import Stamped
 
 PERIOD, NOW = 4_000_000, 1000
@@ -61,3 +63,12 @@ def test_what_is_no_attitude_is_no_command(value, finite, word):
     flown, why = sent(value, finite=finite)
     assert flown is None
     assert word in why
+
+
+@pytest.mark.parametrize(("phase", "goes_on"), [(FlightState.WAITING, False), (FlightState.FLYING, True)])
+def test_a_node_that_fails_holds_up_the_sequence_before_the_flight_alone(phase, goes_on):
+    flight = Mock(is_over=False, clock=lambda: 1.0, _beat_at=1.0 - BEAT)
+    flight.leader.phase, flight.leader.stood_still = phase, ""
+    flight.settings.arming = ArmingParameters()
+    flight.leader.handshake.missing.return_value = ["recorder (was killed by SIGKILL)"]
+    assert AutopilotFlight.begin_step(flight) == goes_on

@@ -29,12 +29,15 @@ def executable(role: str) -> Path:
 
 def describe_exit(code: int) -> str:
     """Return how a process ended, for people; ``code`` as subprocess gives it (negative: the signal)."""
-    if code >= 0:
-        return f"ended with exit code {code}"
+    return f"ended with exit code {code}" if code >= 0 else f"was killed by {signal_name(-code)}"
+
+
+def signal_name(number: int) -> str:
+    """Return the name of a signal."""
     try:
-        return f"was killed by {signal.Signals(-code).name}"
+        return signal.Signals(number).name
     except ValueError:
-        return f"was killed by signal {-code}"
+        return f"signal {number}"
 
 
 def _signal(process: "subprocess.Popen[bytes]", number: signal.Signals) -> None:
@@ -88,6 +91,15 @@ class Processes:
                 del self._running[role]
         self.codes.update(ended)
         return ended
+
+    def newly_stopped(self) -> dict[str, int]:
+        """Return {role: signal} of the processes that a signal has made stand still since the last call."""
+        found = {}
+        for role, process in self._running.items():
+            with suppress(ChildProcessError):
+                if (news := os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WNOHANG)) is not None:
+                    found[role] = news.si_status
+        return found
 
     def running(self) -> bool:
         """Return whether any process still runs."""

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import NamedTuple
 
-from quad_bringup.processes import Processes, describe_exit
+from quad_bringup.processes import Processes, describe_exit, signal_name
 from quad_bringup.terminal import complain
 from quad_core.cascade import COMMANDER, RECORDER, SHADOWS, SIMULATOR, VEHICLE_INTERFACES
 from quad_core.enumerations import FlightClock
@@ -152,6 +152,8 @@ class Supervisor:
         if self.state is not None and self.state is not before:
             self._on_news(self.state, before)
         ended = self._processes.reap()
+        for role, number in self._processes.newly_stopped().items():
+            complain(self._told(role, f"was stopped by {signal_name(number)} and stands still"))
         for role in ended.keys() & {RECORDER, *SHADOWS}:  # at once: in lockstep the plant waits for the recorder
             if ended[role]:  # and the recorder for the shadows
                 self._watch.report_failure(role, describe_exit(ended[role]))
@@ -205,10 +207,14 @@ class Supervisor:
             self._heeded = len(self._interrupted.names)
             self._deadline, self._lands = time.monotonic(), True
 
+    def _told(self, role: str, what: str) -> str:
+        """Return what became of a process, and what follows where an autopilot flies."""
+        lands = role == SIMULATOR and self._phase == FLYING and self._interface in LANDED_WITHOUT
+        follows = ": the autopilot lands by its own failsafe, unseen" if lands else ""
+        return f"{self._interface if role == SIMULATOR else role} {what}{follows}"
+
     def _on_exit(self, role: str, code: int) -> None:
-        exited = f"{self._interface if role == SIMULATOR else role} {describe_exit(code)}"
-        if role == SIMULATOR and self._phase == FLYING and self._interface in LANDED_WITHOUT:
-            exited += ": the autopilot lands by its own failsafe, unseen"
+        exited = self._told(role, describe_exit(code))
         if self.cause or role in SHADOWS:
             if code < 0 and -code not in ending():
                 complain(exited)
@@ -248,8 +254,8 @@ class Supervisor:
         """Return why a flight that is not heard of any more was stopped."""
         state = self.state
         if state is None or state.state == WAITING:
-            why = state.reason if state else "no flight/state from the simulator"
+            why = state.reason if state else "no flight/state from the vehicle interface"
             return self._early or f"the flight did not start: {why}"
         if is_over(state):
             return f"the nodes did not leave after the flight had failed: {state.reason}"
-        return f"flight/state: nothing from the simulator after step {state.step}"
+        return f"flight/state: nothing from {self._interface} after step {state.step}"

@@ -1,5 +1,6 @@
 """Node processes: started, watched, and stopped whatever they do about it."""
 
+import os
 import signal
 import sys
 import time
@@ -88,6 +89,19 @@ def test_stop_asks_first_and_kills_at_last(started):
     assert not started.running()
     assert started.codes == {"simulator": 1, "recorder": -9}
     assert started.last_lines("simulator") == ["ready", "asked"]
+
+
+def test_a_process_that_is_made_to_stand_still_is_told_once(started):
+    start(started, "simulator", POLITE)
+    assert started.newly_stopped() == {}
+    os.kill(started.pids()["simulator"], signal.SIGSTOP)
+    found, deadline = {}, time.monotonic() + 30.0
+    while not found and time.monotonic() < deadline:
+        found = started.newly_stopped()
+    assert found == {"simulator": signal.SIGSTOP}
+    assert started.newly_stopped() == {}
+    os.kill(started.pids()["simulator"], signal.SIGCONT)
+    assert started.reap() == {}
 
 
 def test_a_node_behind_a_script_is_asked_too(started):

@@ -16,7 +16,7 @@ LANDS = PATIENCE._replace(landing=8.0)
 COMMANDED = LANDS._replace(commanded=True)
 ALL_LEFT = {"simulator": 0, "trajectory": 0, "recorder": 0}
 ALL_FAILED = dict.fromkeys(ALL_LEFT, 1)
-NO_NEWS = "flight/state: nothing from the simulator after step 42"
+NO_NEWS = "flight/state: nothing from simulator after step 42"
 KILLED = "trajectory was killed by SIGKILL"
 SECOND = "a second signal (Ctrl-C) stops the motors where it is"
 
@@ -78,6 +78,9 @@ class Flight(Interrupts):
         gone, self.ended = self.ended, {}
         self.alive -= set(gone)
         return gone
+
+    def newly_stopped(self):
+        return {}
 
     def pids(self):
         return {role: 1 for role in ALL_LEFT if role in self.alive}
@@ -153,6 +156,23 @@ def test_a_bridge_that_is_killed_is_named_and_what_its_autopilot_does(monkeypatc
     flight = Flight([*flies(1, 2), (2, None, {"simulator": -9})], monkeypatch)
     said = "px4_bridge was killed by SIGKILL: the autopilot lands by its own failsafe, unseen"
     assert flight.supervise(LANDS, interface="px4_bridge") == Outcome(said)
+
+
+@pytest.mark.parametrize(
+    ("role", "said"),
+    [
+        (
+            "simulator",
+            "px4_bridge was stopped by SIGSTOP and stands still: the autopilot lands by its own failsafe, unseen",
+        ),
+        ("trajectory", "trajectory was stopped by SIGSTOP and stands still"),
+    ],
+)
+def test_a_process_that_is_stopped_is_named_at_once_and_ends_no_flight_by_that(role, said, monkeypatch, capsys):
+    flight = Flight([*flies(1, 4), (4, state(ENDED, 9), ALL_LEFT)], monkeypatch)
+    monkeypatch.setattr(flight, "newly_stopped", lambda: {role: signal.SIGSTOP} if 2.0 < flight.now < 2.15 else {})
+    assert flight.supervise(COMMANDED, interface="px4_bridge") == Outcome("")
+    assert set(capsys.readouterr().err.splitlines()) == {f"fly: {said}"}
 
 
 def test_nodes_that_do_not_leave_an_ended_flight_are_stopped(monkeypatch):

@@ -194,7 +194,7 @@ class FlightLeader:
 
     def note_pause(self, late: float) -> None:
         """Note in ``stood_still`` that this process came ``late`` s too late, unless that is next to nothing."""
-        self.stood_still = f"{self.node.role} stood still for {late:.2f} s" if late > _STOOD_STILL else ""
+        self.stood_still = f"{self.node.ros.get_name()} stood still for {late:.2f} s" if late > _STOOD_STILL else ""
 
     def _culprit(self) -> str:
         """Return who or what made the guard take over, empty if it was the flight itself."""

@@ -275,8 +275,8 @@ class FlightNode:
     def _watch_flight(self, now: float) -> None:
         quiet = now - self.last_heard - self.slept
         if self.flying and quiet > self.flight.silence_timeout:
-            self.events.error("simulator_lost", f"flight/state: nothing from the simulator for {quiet:.1f} s")
-            self.finish(1, "flight/state: the simulator is silent")
+            self.events.error("simulator_lost", f"flight/state: nothing from the vehicle interface for {quiet:.1f} s")
+            self.finish(1, "flight/state: the vehicle interface is silent")
         elif self.flying or self.over or self.done.done():
             return
         elif quiet > _ORPHANED and self.starter.is_gone():  # and the vehicle's node, which would have said so
