@@ -4,7 +4,8 @@ import struct
 
 import pytest
 
-from quad_px4.check_link import Relay, Row, _is_bad, _words
+from quad_px4 import check_link
+from quad_px4.check_link import LIMIT, Relay, Row, _is_bad, _parser, _wanted, _words
 
 NAN = float("nan")
 
@@ -63,3 +64,36 @@ def test_what_fly_said_is_its_verdict_not_what_nodes_logged(tmp_path):
         "fly: hover: px4_bridge was killed by SIGKILL\nfly: hover: recorder stopped\nhover: failed\n"
     )
     assert _words(tmp_path / "fly.txt") == "hover: px4_bridge was killed by SIGKILL"
+
+
+def test_each_loss_is_flown_in_its_mode_and_the_limit_once():
+    options = _parser().parse_args(
+        ["air.yaml", "--only", "link cut", "--only", "agent killed", "--only", LIMIT, "--times", "2"]
+    )
+    cut, limit = [("link cut", 1), ("link cut", 2)], [(LIMIT, 1)]
+    assert _wanted(options, False) == [(mode, *each) for mode in ("offboard", "external") for each in cut + limit]
+    assert len(_wanted(options, True)) == 5, "PX4 itself watches the setpoints of an external mode"
+
+
+@pytest.mark.parametrize(("codes", "found", "flown"), [([0], 0, 1), ([1], 1, 1), ([2, 0], 0, 2), ([-9, -9], 2, 2)])
+def test_a_flight_that_measured_nothing_or_hung_is_flown_once_more(codes, found, flown, monkeypatch, capsys, tmp_path):
+    left, outs = list(codes), []
+
+    class Process:
+        def __init__(self, words, **_):
+            self.returncode = left.pop(0)
+            outs.append(words[-1])
+
+        def communicate(self, timeout=None):
+            if self.returncode < 0 and timeout:
+                raise check_link.subprocess.TimeoutExpired("check_link", timeout)
+            return f"mode\n{self.returncode}\n", None
+
+        def kill(self):
+            pass
+
+    monkeypatch.setattr(check_link.subprocess, "Popen", Process)
+    options = _parser().parse_args(["air.yaml", "--out", str(tmp_path)])
+    assert check_link._fly_apart(options, "offboard", "link cut", 3) == found
+    assert outs == [str(tmp_path / "3"), str(tmp_path / "3-again")][:flown]
+    assert capsys.readouterr().out == ("offboard  link cut           hung\n" if codes[-1] < 0 else f"{codes[-1]}\n")
