@@ -26,8 +26,6 @@ _NUMBERS = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uin
 _CODES = {"bool": "?", "byte": "u1", "char": "u1", **{name: np.dtype(name).str[1:] for name in _NUMBERS}}
 _LONGEST = 256 << 10  # characters of a definition
 _SEPARATOR = re.compile(r"^(={80})\s*^\s*MSG:", re.MULTILINE)
-_MASKED = re.compile(r"^\s*\S+\s+(\w+)\s*#.*@(?:wall|run)\b", re.MULTILINE)
-"""Comments with these words mark fields in which equal flights may differ: a machine's clock, the number of a run."""
 
 
 def flat_columns(table: Table, prefix: str = "") -> Iterator[tuple[str, NDArray[Any]]]:
@@ -45,14 +43,10 @@ def flat_columns(table: Table, prefix: str = "") -> Iterator[tuple[str, NDArray[
 class MessageType:
     """One type of message and what it is made of. ``fields``: its own field names in order."""
 
-    def __init__(self, name: str, store: Typestore, masked: Sequence[str] = ()) -> None:
-        """Take the type ``name`` from ``store``; numbers ``masked`` are no part of the payload hash."""
+    def __init__(self, name: str, store: Typestore) -> None:
+        """Take the type ``name`` from ``store``."""
         self.name, self._store = name, store
-        described = store.fielddefs[name][1]
-        self.fields = tuple(field for field, _ in described)
-        numbers = {field: _CODES[detail[0]] for field, (_, detail) in described if detail[0] in _CODES}
-        self._masked = {field: np.dtype(numbers[field]) for field in masked if field in numbers}
-        self._places: dict[int, list[int]] = {}
+        self.fields = tuple(field for field, _ in store.fielddefs[name][1])
 
     def same_fields(self, other: "MessageType") -> bool:
         """Return whether two definitions of a type, read from two texts, have the same fields."""
@@ -98,28 +92,6 @@ class MessageType:
             held = isinstance(value, list) and len(value) > 0 and dataclasses.is_dataclass(value[0])
             out[index] = [dataclasses.asdict(each, dict_factory=_named) for each in value] if held else value
         return out
-
-    def hashed(self, payload: bytes) -> bytes:
-        """Return a payload with zeros in its masked fields."""
-        if not self._masked:
-            return payload
-        if len(payload) not in self._places:
-            self._places[len(payload)] = self._masked_places(payload)
-        row = bytearray(payload)
-        for place in self._places[len(payload)]:
-            row[place] = 0
-        return bytes(row)
-
-    def _masked_places(self, payload: bytes) -> list[int]:
-        """Return which bytes differ between a message and the same with all bits of its masked fields turned."""
-        message: Any = self._store.deserialize_cdr(payload, self.name)
-        changes = {}
-        for field, dtype in self._masked.items():
-            bits = ~np.frombuffer(np.array(getattr(message, field), dtype).tobytes(), np.uint8)
-            changes[field] = np.frombuffer(bits.tobytes(), dtype)[0].item()
-        turned = dataclasses.replace(message, **changes)
-        one, two = (bytes(self._store.serialize_cdr(each, self.name)) for each in (message, turned))
-        return [place for place, (a, b) in enumerate(zip(one, two, strict=True)) if a != b]
 
 
 def structured(columns: Mapping[str, NDArray[Any]]) -> Table:
@@ -169,8 +141,7 @@ def message_type(name: str, text: str) -> MessageType:
         store.register(get_types_from_msg(_SEPARATOR.sub(r"\1\nMSG:", text), full))
     except Exception as error:  # whatever the parser raises
         raise SchemaError(f"the definition of {full} cannot be read: {one_line(error)}") from error
-    top = re.split(r"^={80}\s*$", text, maxsplit=1, flags=re.MULTILINE)[0]
-    return MessageType(full, store, tuple(_MASKED.findall(top)))
+    return MessageType(full, store)
 
 
 @lru_cache(maxsize=64)

@@ -14,18 +14,24 @@ STEP_TOPICS = (
 )
 
 
+_HEAD, _RUN = ("stamp", "step", "run"), slice(20, 24)
+"""How messages of a flight begin, and where in their payload the number of the run is: equal flights differ in it."""
+
+
 def step_rows(flight: Flight, topics: Iterable[str]) -> dict[str, list[tuple[int, bytes]]]:
     """Return {topic: (stamp in ns, CDR) of each message in step order}; topics that the bag lacks are left out.
 
-    Fields marked @wall or @run are masked with zeros. Raises SchemaError if a topic has no stamp.
+    The number of the run is left out. Raises SchemaError if a topic has no stamp.
     """
     found = {}
     for topic in filter(flight.has, topics):
         name, kind, table = flight.resolve(topic), flight.type_of(topic), flight.array(topic)
         if "stamp_ns" not in (table.dtype.names or ()):
             raise SchemaError(f"{flight.path}: {name}: {kind.name} has no stamp, so its steps cannot be told apart")
-        rows = zip(table["stamp_ns"].tolist(), map(kind.hashed, flight.payloads(name)[name][0]), strict=True)
-        found[topic] = sorted(rows, key=itemgetter(0))
+        payloads = flight.payloads(name)[name][0]
+        if kind.fields[: len(_HEAD)] == _HEAD:
+            payloads = [each[: _RUN.start] + bytes(4) + each[_RUN.stop :] for each in payloads]
+        found[topic] = sorted(zip(table["stamp_ns"].tolist(), payloads, strict=True), key=itemgetter(0))
     return found
 
 
