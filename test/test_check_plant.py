@@ -19,9 +19,8 @@ CHECK = [Path(get_package_prefix("quad_dynamics"), "lib", "quad_dynamics", "chec
 EXAMPLE = [sys.executable, ROOT / "examples/own_nodes/vehicle.py", *ROLES]
 
 
-def simulator(package, *words):
-    path = Path(get_package_prefix(package), "lib", package, "simulator")
-    return [path, *ROLES, "-p", "disturbance:=none", *words]
+def simulator(*words):
+    return [CHECK.with_name("simulator"), *ROLES, "-p", "disturbance:=none", *words]
 
 
 def said(*words):
@@ -43,9 +42,9 @@ def checked(vehicle, *both):
 @pytest.mark.parametrize(
     ("vehicle", "both"),
     [
-        pytest.param(simulator("quad_dynamics"), ["-p", "flight.run_id:=check"], id="simulator"),
-        pytest.param(simulator("quad_dynamics"), REAL_TIME, id="simulator_real_time", marks=pytest.mark.wall_clock),
-        pytest.param(simulator("quad_mujoco"), [], id="mujoco"),
+        pytest.param(simulator(), ["-p", "flight.run_id:=check"], id="simulator"),
+        pytest.param(simulator(), REAL_TIME, id="simulator_real_time", marks=pytest.mark.wall_clock),
+        pytest.param(simulator("-p", "plant:=mujoco"), [], id="mujoco"),
         pytest.param(EXAMPLE, [], id="example"),
         pytest.param(EXAMPLE, REAL_TIME, id="example_real_time", marks=pytest.mark.wall_clock),
     ],
@@ -74,7 +73,7 @@ def test_a_vehicle_on_a_busy_machine_is_judged_by_the_clock_of_its_flight(monkey
 
 
 def test_a_plant_with_another_inertia_and_mass_is_found_out():
-    done = checked(simulator("quad_dynamics", "-p", "vehicle.inertia_zz:=0.0005", "-p", "vehicle.mass:=1.7"))
+    done = checked(simulator("-p", "vehicle.inertia_zz:=0.0005", "-p", "vehicle.mass:=1.7"))
     assert done.returncode == 1, done.stdout + done.stderr
     broken = [line.split(":")[0] for line in done.stdout.splitlines() if line.startswith("FAIL")]
     assert "FAIL  climb" in broken

@@ -69,7 +69,6 @@ def test_every_verb_of_log_reads_a_bag_without_truth_and_says_so(bag, tmp_path, 
     assert log("report", bag, "--out", tmp_path) == 0
     assert "no truth in the bag" in (tmp_path / "bag.html").read_text("utf-8")
     capsys.readouterr()
-    assert log("view", bag, "--out", tmp_path / "view") == 0
     assert log("replay", bag) == 0
     assert log("export", bag, "--out", tmp_path / "tables") == 0
     assert (tmp_path / "tables/state.csv").is_file()

@@ -5,7 +5,7 @@ import pytest
 import yaml
 from flying import CONFIG
 
-from quad_flight.flight import flight_from_files, fly
+from quad_flight.flight import fly, from_names
 
 VEHICLES = sorted(path.stem for path in (CONFIG / "vehicles").glob("*.yaml"))
 LIMITS = {"hover": 0.03, "case1": 0.03}
@@ -14,15 +14,11 @@ LAGGING = ("px4_sih",)
 air: 0.7 and 8.9 mm. In the paper's disturbance these gains hold px4_sih within 0.063, and the x500 itself 0.068 m."""
 
 
-def flight(vehicle, case, **changes):
+def flight(vehicle, case, *settings):
     preset = "x500" if vehicle in LAGGING else "tuned"
-    if vehicle in LAGGING:
-        changes = {"simulator": {"disturbance": "none"}, **changes}
-    files = [CONFIG / f"{name}.yaml" for name in (f"vehicles/{vehicle}", f"controllers/{preset}", f"scenarios/{case}")]
-    overrides = {"trajectory": {f"{case}.duration": 3.0}, **changes}
-    if case == "case1":
-        overrides["trajectory"]["case1.position_scale"] = 0.3
-    return fly(flight_from_files(files, overrides))
+    settings = [*settings, *["simulator.disturbance=none"] * (vehicle in LAGGING)]
+    settings += ["trajectory.case1.position_scale=0.3"] * (case == "case1")
+    return fly(from_names(case, vehicle=vehicle, preset=preset, duration=3.0, settings=settings))
 
 
 def test_the_paper_s_vehicle_and_two_real_ones_are_there():
@@ -47,12 +43,8 @@ def test_every_number_has_its_source(vehicle):
 
 
 def test_a_flight_starts_on_the_ground():
-    on_ground = {
-        "rigid_body.ground.enabled": True,
-        "rigid_body.ground.foot_depth": 0.15,
-        "rigid_body.initial.p.z": 0.149,
-    }
-    result = flight("x500", "hover", simulator=on_ground)
+    on_ground = ("ground.enabled=true", "ground.foot_depth=0.15", "initial.p.z=0.149")
+    result = flight("x500", "hover", *(f"simulator.rigid_body.{setting}" for setting in on_ground))
     assert result.outcome == "ended"
     height = result.topics["truth"]["p_w"][:, 2]
     assert height.min() > 0.14

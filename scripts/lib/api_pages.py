@@ -12,7 +12,7 @@ HEAD = (
     "[from Python](../how_to/use_from_python.md)."
 )
 PUBLIC = {
-    "Fly": ("quad_flight.flight", ("from_names", "flight_from_files", "fly", "Flight", "Result")),
+    "Fly": ("quad_flight.flight", ("from_names", "fly", "Flight", "Result")),
     "Fly many": ("quad_flight.many", ("sweep", "run_many")),
     "Read a bag": ("quad_flight_log.bag.reader", ("open_flight", "Flight")),
     "Judge a bag": ("quad_flight_log.analysis.metrics", ("flight_metrics", "FlightMetrics")),

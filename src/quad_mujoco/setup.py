@@ -13,8 +13,5 @@ setup(
     ],
     zip_safe=False,
     extras_require={"test": ["pytest"]},
-    entry_points={
-        "console_scripts": ["simulator = quad_mujoco.node:main"],
-        "quad.plant": ["mujoco = quad_mujoco.plant"],
-    },
+    entry_points={"quad.plant": ["mujoco = quad_mujoco.plant"]},
 )

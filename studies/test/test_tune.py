@@ -11,7 +11,7 @@ from test_study_plan import content, read
 from tune import Cost, defaults, flight_cost, main, tune
 
 from quad_core import plugins
-from quad_flight.flight import Result, flight_from_files
+from quad_flight.flight import Result, from_names
 from quad_flight.score import Score
 
 pytestmark = pytest.mark.skipif(
@@ -95,7 +95,7 @@ def test_gains_are_a_parameter_file_of_the_nodes(tmp_path, bowl, capsys):
     plan = read(tmp_path, asked)
     assert main([str(plan.path)]) == 0
     path = gains_file(plan, "mine", 1)
-    flight = flight_from_files([path])
+    flight = from_names("case1", preset=path)
     rows = list(csv.DictReader(io.StringIO(path.with_suffix(".csv").read_text())))
     best = min(rows, key=lambda row: float(row["cost"]))
     assert list(rows[0]) == ["number", "cost", "rmse", "variation", "p", "k"]

@@ -1,7 +1,6 @@
 """One flight without ROS, described by the same parameters as the nodes."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,7 +8,6 @@ from numpy.typing import NDArray
 
 from quad_core.cascade import ROLES, SIMULATOR, STAGES, TRAJECTORY
 from quad_core.cycle import seconds
-from quad_core.parameter_files import overrides_for, read_parameter_file
 from quad_core.parameters import ParameterError, Value
 from quad_core.records import builder, leaves
 from quad_core.resolution import Resolved, check_agreement, resolve
@@ -94,20 +92,6 @@ def from_names(case: str, **choices: Any) -> Flight:
     return flight_from_resolved(resolve_flight(Request(case, **choices), {}))
 
 
-def flight_from_files(files: list[Path], changes: Mapping[str, Mapping[str, Value]] | None = None) -> Flight:
-    """Return the flight that the ROS parameter ``files`` describe, later files and ``changes`` winning.
-
-    Raises ParameterError or PluginError as the nodes would.
-    """
-    contents = [read_parameter_file(path) for path in files]
-    changes = changes or {}
-    shared = changes.get("/**", {})
-    overrides = {role: {**overrides_for(contents, role), **shared} for role in ROLES}
-    for role, values in changes.items():
-        overrides.setdefault(role, {}).update(values)
-    return flight_from_parameters(overrides)
-
-
 def flight_from_parameters(overrides: Mapping[str, Mapping[str, Value]], score_from: float = 0.0) -> Flight:
     """Return the flight of {node: {dotted parameter: value}}; what stands under ``/**`` holds for all nodes.
 
@@ -131,6 +115,7 @@ def flight_from_resolved(resolved: dict[str, Resolved], score_from: float = 0.0)
     simulator, trajectory = resolved[SIMULATOR], resolved[TRAJECTORY]
     parts = {**simulator.plugins, **trajectory.plugins}
     laws = [resolved[stage.role].law for stage in STAGES]
+    shown = [law.module.Internals for law in laws]  # all numbers 0
     schedule = Schedule(
         simulator.flight.plant_period,
         trajectory.node.period_steps,
@@ -145,7 +130,7 @@ def flight_from_resolved(resolved: dict[str, Resolved], score_from: float = 0.0)
         schedule,
         **{name: part.parameters for name, part in parts.items()},
         stages=PerStage(*(law.parameters for law in laws)),
-        internals=PerStage(*(zeros(law.module.Internals) for law in laws)),
+        internals=PerStage(*(builder(kind)([leaf.kind(0) for leaf in leaves(kind)]) for kind in shown)),
         guard=simulator.node.guard,
     )
     return Flight(modules, setup, simulator.flight.seed, resolved)
@@ -229,8 +214,3 @@ def _drawn(flight: Flight, steps: int) -> tuple[Any, Any]:
         modules.disturbance.draw(setup.disturbance, setup.vehicle, flight.seed, length),
         modules.sensing.draw(setup.sensing, flight.seed, steps),
     )
-
-
-def zeros(kind: type[Any]) -> Any:
-    """Return a value of ``kind`` whose numbers are 0 or False."""
-    return builder(kind)([leaf.kind(0) for leaf in leaves(kind)])

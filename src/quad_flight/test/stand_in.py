@@ -177,11 +177,7 @@ class attitude:  # noqa: N801
 
 
 MODULES = Modules(
-    plant,
-    disturbance,
-    trajectory,
-    sensing,
-    PerStage(position_controller=position, attitude_controller=attitude),
+    plant, disturbance, trajectory, sensing, PerStage(position_controller=position, attitude_controller=attitude)
 )
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from quad_core import plugins
 from quad_core.parameters import ParameterError
-from quad_flight.flight import flight_from_files, flight_from_parameters, fly
+from quad_flight.flight import flight_from_parameters, fly
 
 pytestmark = pytest.mark.skipif(
     not plugins.names(plugins.PLANT), reason="plug-ins are not installed: run scripts/setup"
@@ -46,19 +46,6 @@ def test_seed_decides_the_disturbance_and_nothing_else():
     assert one.topics["reference"].tobytes() == two.topics["reference"].tobytes()
 
 
-def test_parameter_files_are_those_of_the_nodes(tmp_path):
-    first, second = tmp_path / "a.yaml", tmp_path / "b.yaml"
-    first.write_text(
-        "/**:\n  ros__parameters:\n    flight.seed: 3\n"
-        "trajectory:\n  ros__parameters:\n    trajectory: hover\n    hover:\n      duration: 1.0\n"
-    )
-    second.write_text("/**:\n  ros__parameters:\n    flight.seed: 4\n")
-    flight = flight_from_files([first, second], {"trajectory": {"hover.position.z": 1.0}})
-    assert flight.seed == 4
-    assert flight.setup.trajectory.duration == 1.0
-    assert flight.setup.trajectory.position.z == 1.0
-
-
 @pytest.mark.parametrize(
     ("overrides", "message"),
     [
@@ -73,11 +60,3 @@ def test_parameter_files_are_those_of_the_nodes(tmp_path):
 def test_what_the_nodes_refuse_is_refused(overrides, message):
     with pytest.raises((ParameterError, plugins.PluginError), match=message):
         flight_from_parameters(overrides)
-
-
-def test_a_change_for_all_nodes_wins_over_the_files(tmp_path):
-    path = tmp_path / "vehicle.yaml"
-    path.write_text("/**:\n  ros__parameters: {vehicle: {mass: 0.6}}\n", encoding="utf-8")
-    assert flight_from_files([path]).setup.vehicle.mass == 0.6
-    flight = flight_from_files([path], {"/**": {"vehicle.mass": 0.7}})
-    assert {node.vehicle.mass for node in flight.resolved.values()} == {0.7}

@@ -354,30 +354,18 @@ def _observe(options: argparse.Namespace) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
-    """Write a configuration for RViz and print how it shows a bag or a live flight; --live shows one in the browser.
+    """Show the flight that records into BAG, or the newest below flights/, in the browser while it flies.
 
-    Without --out flight.rviz is written into this directory. --live follows the flight that records into BAG, or the
-    newest below flights/: it prints an address of this machine, opens a browser where there is a screen, and ends with
-    the flight.
+    Prints an address of this machine, opens a browser where there is a screen, and ends with the flight.
 
-    log view flights/case1-1-1
-    log view --namespace second --out views    for a live flight
     log view --live
+    log view --live flights/case1-1-1
     """
-    if options.live:
-        from quad_flight_log.report.live import Feed, follow, serve, under_way
+    from quad_flight_log.report.live import Feed, follow, serve, under_way
 
-        path = under_way(options.bags[0] if options.bags else None)
-        feed = Feed(path.parent.name)
-        serve(feed, partial(follow, path, feed))
-        return 0
-    from quad_flight_log.report.rviz import write_rviz
-
-    flights = _opened(options)
-    path = write_rviz(options.out or Path(), flights[0].namespace if flights else options.namespace)
-    print(path)
-    for flight in flights:
-        print(f"rviz2 -d {path} and, in another shell, ros2 bag play {flight.path.parent}")
+    path = under_way(options.bags)
+    feed = Feed(path.parent.name)
+    serve(feed, partial(follow, path, feed))
     return 0
 
 
@@ -395,13 +383,6 @@ def _play(options: argparse.Namespace) -> int:
         raise flight.without_topics("there is nothing to play")
     serve(feed, partial(play, run, feed, options.speed))
     return 0
-
-
-def _speed(text: str) -> float:
-    value = float(text)
-    if not 0.01 <= value <= 1000.0:
-        raise argparse.ArgumentTypeError(f"found {text!r}, expected 0.01 to 1000")
-    return value
 
 
 _REPEATED: dict[str, Any] = {"action": "append", "default": []}
@@ -429,8 +410,8 @@ FLAGS: dict[str, dict[str, Any]] = {
     "--out": {"type": Path, "metavar": "DIR", "help": "directory of what is written"},
     "--map": {"default": "", "metavar": "NAME|FILE", "help": "map of columns, shipped or a YAML file"},
     "--listen": {"default": "127.0.0.1:14540", "metavar": "HOST:PORT", "help": "UDP port that the autopilot sends to"},
-    "--live": {"action": "store_true", "help": "show a flight under way in the browser"},
-    "--speed": {"type": _speed, "default": 1.0, "metavar": "X", "help": "times the flight's own pace (default: 1)"},
+    "--live": {"action": "store_true", "required": True, "help": "the flight under way; log play shows a bag"},
+    "--speed": {"type": float, "default": 1.0, "metavar": "X", "help": "times the flight's own pace (default: 1)"},
     "--position": {"metavar": "LAW", "help": "position law (default: the one that flew)"},
     "--attitude": {"metavar": "LAW", "help": "attitude law (default: the one that flew)"},
     "--preset": {"type": Path, "metavar": "FILE", "help": "gains of the laws (default: those that flew, or tuned)"},
@@ -448,7 +429,7 @@ COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], int | str, tuple[
     "refly": (_refly, 1, ("--vehicle",)),
     "report": (_report, "+", ("--names", "--out")),
     "figure": (_figure, "+", ("--figure", "--names", "--out FILE", "--width", "--height")),
-    "view": (_view, "*", ("--out", "--live")),
+    "view": (_view, "?", ("--live",)),
     "play": (_play, 1, ("--speed",)),
     "import": (_import, 1, ("--map", "--out")),
     "observe": (_observe, 0, ("--listen", "--map", "--position", "--attitude", "--preset", "--vehicle", "--out")),

@@ -1,9 +1,11 @@
-"""The layouts for Foxglove and PlotJuggler name topics and fields that a bag of a flight has."""
+"""The layouts for Foxglove, PlotJuggler and RViz name topics and fields that a flight has."""
 
 import json
 import re
 from pathlib import Path
 from xml.etree import ElementTree
+
+import yaml
 
 from quad_flight_log.bag.messages import flat_columns
 from quad_flight_log.bag.reader import open_flight
@@ -21,3 +23,9 @@ def test_every_curve_is_a_field_of_a_bag(flown_bag):
     for path in asked:
         topic, _, field = path.partition(".")
         assert field in dict(flat_columns(flight.array(topic))), path
+
+
+def test_rviz_shows_vehicle_and_reference():
+    displays = yaml.safe_load((LAYOUTS / "flight.rviz").read_text())["Visualization Manager"]["Displays"]
+    topics = {display["Topic"]["Value"] for display in displays if "Topic" in display}
+    assert topics == {"/pose", "/reference_pose", "/odom"}

@@ -72,9 +72,9 @@ class Feed:
 
 
 def play(run: Run, feed: Feed, speed: float = 1.0) -> None:
-    """Feed a recorded flight at ``speed`` times its own pace, once a browser listens."""
-    times = run.times("truth")
-    count = max(2, round((times[-1] - times[0]) / (PERIOD * max(speed, 1e-3))))
+    """Feed a recorded flight at ``speed``, 0.01 to 1000, times its own pace, once a browser listens."""
+    times, speed = run.times("truth"), float(np.clip(speed, 0.01, 1000.0))
+    count = max(2, round((times[-1] - times[0]) / (PERIOD * speed)))
     found = samples(run, min(count, len(times)))
     while not feed.listening:
         time.sleep(_POLL)
@@ -177,16 +177,16 @@ def page(name: str) -> str:
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """Answers the page and the stream of samples; nothing else is served, to no other host name."""
+    """Answers the page and the stream of samples of ``feed``; nothing else is served, to no other host name."""
 
-    server: "_Server"
+    feed: Feed
 
     def do_GET(self) -> None:
         if self.headers.get("Host", "").rpartition(":")[0] not in ("127.0.0.1", "localhost"):
             self.send_error(403)  # a page of the net that points its own name here
         elif self.path == "/":
             self._begin("text/html; charset=utf-8")
-            self.wfile.write(page(self.server.feed.name).encode())
+            self.wfile.write(page(self.feed.name).encode())
         elif self.path == "/events":
             self._begin("text/event-stream")
             self._stream()
@@ -200,7 +200,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
 
     def _stream(self) -> None:
-        feed, last = self.server.feed, self.headers.get("Last-Event-ID", "")
+        feed, last = self.feed, self.headers.get("Last-Event-ID", "")
         sent = int(last) if last.isdecimal() else 0
         feed.listening += 1
         try:
@@ -231,20 +231,12 @@ def _events(feed: Feed, sent: int) -> Iterator[str]:
         time.sleep(PERIOD)
 
 
-class _Server(ThreadingHTTPServer):
-    daemon_threads = True
-
-    def __init__(self, feed: Feed) -> None:
-        super().__init__(("127.0.0.1", 0), _Handler)
-        self.feed = feed
-
-
 def serve(feed: Feed, source: Callable[[], None], said: Callable[[str], None] = print) -> None:
     """Show in browsers what ``source`` feeds, until it ends; opens one where there is a screen.
 
     ``said`` gets the address, and how the flight ended. Raises what ``source`` raises.
     """
-    server = _Server(feed)
+    server = ThreadingHTTPServer(("127.0.0.1", 0), type("Handler", (_Handler,), {"feed": feed}))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     address = f"http://127.0.0.1:{server.server_port}/"
     said(f"view: {address} (this machine alone)")
