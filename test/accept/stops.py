@@ -16,8 +16,7 @@ from typing import NamedTuple
 from flying import finish, landing, node_pids, start, wait_until_flying
 
 from quad_core.guard_parameters import GuardParameters
-from quad_flight_log.analysis.flight_checks import Flown, equal_stamps, run_ids, stopped_motors
-from quad_flight_log.analysis.tables import flight_tables
+from quad_flight_log.analysis.flight_checks import equal_stamps, flown_of, run_ids, stopped_motors
 from quad_flight_log.bag.reader import open_flight
 
 OWNER = "simulator"
@@ -130,7 +129,7 @@ def judge(figures, kind, name, done, out):
         log = (out / "logs" / "commander.log").read_text(encoding="utf-8")
         figures.check(bool(re.search("(LAND|DESCEND) to DISARMED", log)), f"{name}: disarmed on the ground")
         return
-    flown = Flown(bag, flight_tables(bag), GuardParameters())
+    flown = flown_of(bag)._replace(guard=GuardParameters())
     problems = [text for text in (run_ids(flown), equal_stamps(flown), stopped_motors(flown)) if text]
     figures.check(not problems, f"{name}: {problems or 'motors on in the air'}")
     height, speed, tilt = landing(bag)

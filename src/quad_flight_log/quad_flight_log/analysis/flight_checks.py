@@ -73,8 +73,16 @@ def failed_checks(flight: Flight, checks: Sequence["Check"] = ()) -> list[str]:
 
     Raises FlightLogError as the metrics do where the bag cannot be read.
     """
-    flown = Flown(flight, flight_tables(flight), _guard_of(flight), last_state(flight))
-    return [fault for check in checks or (*RECORD, *CHECKS) if (fault := check(flown))]
+    return _found(flown_of(flight), checks or (*RECORD, *CHECKS))
+
+
+def flown_of(flight: Flight) -> Flown:
+    """Return a bag with what the checks need of it; raises as ``failed_checks``."""
+    return Flown(flight, flight_tables(flight), _guard_of(flight), last_state(flight))
+
+
+def _found(flown: Flown, checks: Sequence["Check"]) -> list[str]:
+    return [fault for check in checks if (fault := check(flown))]
 
 
 def last_state(flight: Flight) -> LastState | None:
@@ -162,16 +170,14 @@ def envelope(flown: Flown) -> str:
     times = truth["stamp_ns"] * 1e-9
     limit = flown.guard.tilt
     x, y = truth["q_wb"][:, 0], truth["q_wb"][:, 1]
-    leaning = _longest(times, 1.0 - 2.0 * (x * x + y * y) < np.cos(limit.large))
+    begin, long = _longest(times, 1.0 - 2.0 * (x * x + y * y) < np.cos(limit.large))
     parts = []
-    if leaning.time > limit.large_time:
-        parts.append(
-            f"tilt above {np.degrees(limit.large):.0f} deg for {leaning.time:.2f} s from {leaning.begin:.2f} s on"
-        )
-    commanded = truth["p_w"][:1]
+    if long > limit.large_time:
+        parts.append(f"tilt above {np.degrees(limit.large):.0f} deg for {long:.2f} s from {begin:.2f} s on")
     if "reference" in flown.tables:
-        commanded = np.concatenate([commanded, flown.tables["reference"]["p_w"]])
-        beyond = _beyond(truth["p_w"], commanded)
+        places = truth["p_w"]
+        commanded = np.concatenate([places[:1], flown.tables["reference"]["p_w"]])
+        beyond = norms(places - places.clip(commanded.min(axis=0), commanded.max(axis=0)))  # the box around it
         if beyond.max() > STRAY:
             at = times[int(np.argmax(beyond > STRAY))]
             parts.append(f"{beyond.max():.3g} m outside of all that was commanded, from {at:.2f} s on")
@@ -191,20 +197,16 @@ def stopped_motors(flown: Flown) -> str:
     if "actuation" in flown.tables:
         actuation = by_stamp(flown.tables["actuation"])
         thrust = np.interp(times, actuation["stamp_ns"] * 1e-9, actuation["thrust"])
-        still = _longest(times, (thrust < STOPPED_SHARE * actuation["thrust"].max()) & (height > limit))
-        if still.time > STOPPED_TIME:
-            return f"motors stopped {still.begin:.2f} s after the start, above {limit:g} m, for {still.time:.2f} s"
+        begin, long = _longest(times, (thrust < STOPPED_SHARE * actuation["thrust"].max()) & (height > limit))
+        if long > STOPPED_TIME:
+            return f"motors stopped {begin:.2f} s after the start, above {limit:g} m, for {long:.2f} s"
     has_to_be_down = "flight/mode" in flown.tables or flown.failed
-    if autopilot_lands(flight) and (flown.failed or _has_landed(flight)):
+    landed = flight.has("flight/autopilot") and bool(flight.array("flight/autopilot")["landed"][-1])
+    if autopilot_lands(flight) and (flown.failed or landed):
         return ""  # it, or its pilot, has the vehicle; its own detector knows the ground better than its estimate
     if height[-1] > limit and has_to_be_down and not ends_early(flown.flight):
         return f"the flight ended with the vehicle {height[-1]:.2f} m above the ground: motors stopped in the air"
     return ""
-
-
-def _has_landed(flight: Flight) -> bool:
-    """Return whether the autopilot's own detector saw the ground at the end."""
-    return flight.has("flight/autopilot") and bool(flight.array("flight/autopilot")["landed"][-1])
 
 
 def recorded_end(flown: Flown) -> str:
@@ -308,12 +310,12 @@ def judgement(flight: Flight, metrics: FlightMetrics, limits: Mapping[str, float
     """Return the judgement on a flight by ``limits``, by default those that the bag notes; raises FlightLogError."""
     noted = [f"{name}={flight.metadata[LIMIT + name]}" for name in METRICS if LIMIT + name in flight.metadata]
     limits_used = read_limits(noted) if limits is None else limits
-    problems, unknown, last = list[str](), failed_checks(flight, RECORD), last_state(flight)
-    outcome = flight.metadata.get("outcome", "ended")  # a recorder of others notes none
-    if outcome != "ended" or (last is not None and last.failed):
-        reason = flight.metadata.get("reason", "") or (last.reason if last is not None else "")
-        problems.append(reason or f"the flight did not end as planned: {outcome}")
-    problems += failed_checks(flight, CHECKS)
+    flown, problems = flown_of(flight), list[str]()
+    unknown = _found(flown, RECORD)
+    if flown.failed:
+        reason = flight.metadata.get("reason", "") or (flown.last.reason if flown.last is not None else "")
+        problems.append(reason or f"the flight did not end as planned: {flight.metadata.get('outcome', 'failed')}")
+    problems += _found(flown, CHECKS)
     for name, limit in limits_used.items():
         value = getattr(metrics, name)
         expected = f"expected at most {limit:g} {METRICS[name].unit}"
@@ -353,27 +355,12 @@ def read_limits(arguments: Sequence[str]) -> dict[str, float]:
     return limits
 
 
-class _Spell(NamedTuple):
-    """The longest time in s in which something held without a break, and when it began."""
-
-    begin: float
-    time: float
-
-
-def _longest(times: Floats, holds: NDArray[np.bool_]) -> _Spell:
+def _longest(times: Floats, holds: NDArray[np.bool_]) -> tuple[float, float]:
+    """Return when what ``holds`` began to hold for the longest time without a break, and that time, both in s."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]).astype(np.int8)))
-    begins, ends = edges[::2], edges[1::2] - 1
-    if len(begins) == 0:
-        return _Spell(0.0, 0.0)
-    lengths = times[ends] - times[begins]
-    at = int(lengths.argmax())
-    return _Spell(float(times[begins[at]]), float(lengths[at]))
-
-
-def _beyond(places: Floats, commanded: Floats) -> Floats:
-    """Return how far in m each of ``places`` lies outside the box around ``commanded``."""
-    low, high = commanded.min(axis=0), commanded.max(axis=0)
-    return norms(np.maximum(np.maximum(low - places, places - high), 0.0))
+    begins, ends = times[edges[::2]], times[edges[1::2] - 1]
+    at = int((ends - begins).argmax()) if len(begins) else -1
+    return (0.0, 0.0) if at < 0 else (float(begins[at]), float(ends[at] - begins[at]))
 
 
 def _in_lockstep(flight: Flight) -> bool:

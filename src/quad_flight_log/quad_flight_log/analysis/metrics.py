@@ -16,15 +16,7 @@ from numpy.typing import NDArray
 
 from quad_core.cascade import COMMAND
 from quad_core.enumerations import Mode
-from quad_flight_log.analysis.arrays import (
-    Floats,
-    Stamps,
-    by_stamp,
-    euler_angles,
-    matched,
-    norms,
-    wrapped,
-)
+from quad_flight_log.analysis.arrays import Floats, Stamps, by_stamp, euler_angles, matched, norms, wrapped
 
 SETTLING_BAND = 0.1  # m
 HIGH_FREQUENCY = 20.0  # Hz

@@ -1,5 +1,7 @@
 """When the guard flew instead of the controller (``flight/guard``)."""
 
+from itertools import groupby
+from operator import itemgetter
 from typing import NamedTuple
 
 from quad_core.enumerations import GuardMode
@@ -26,12 +28,9 @@ def takeovers(flight: Flight) -> list[Takeover]:
     """
     said = rows_of(flight, "flight/guard", ("mode", "reason_text", "since", "stamp_ns"))
     rows = [(int(row["mode"]), str(row["reason_text"]), int(row["since"]), int(row["stamp_ns"])) for row in said]
-    changes = [
-        row for before, row in zip([(GuardMode.PASS, "", 0, 0), *rows], rows, strict=False) if row[:3] != before[:3]
-    ]
+    changes = [next(alike) for _, alike in groupby(rows, key=itemgetter(0, 1, 2))]
     last_of_truth = flight.array("truth")["stamp_ns"][-1:].tolist() if flight.has("truth") else []
-    last_ns = max([row[3] for row in rows] + last_of_truth, default=0)
-    ends = [row[3] for row in changes[1:]] + [last_ns]
+    ends = [row[3] for row in changes[1:]] + [max([row[3] for row in rows] + last_of_truth, default=0)]
     return [
         # any node can send a mode that there is not
         Takeover(_NAMES.get(mode, f"mode {mode}"), reason, since, stamp, end)

@@ -109,11 +109,8 @@ class Recorder:
             keep = self._with_status(keep)
         take: Callable[..., None] = self._checked(topic.name, topic.type, handle, keep)
         if is_stepped and not self.node.lockstep:
-            take = numbered(take, self._take_number)
+            take = numbered(take, partial(setattr, self, "_number"))
         self.node.links.subscribe(topic.name, take, depth=depth, raw=True)
-
-    def _take_number(self, number: int | None) -> None:
-        self._number = number
 
     def _checked(self, name: str, kind: type, handle: int, keep: Keep) -> Keep:
         """Return ``keep`` for what can be decoded and is of this run; the rest is counted, reported, not recorded."""

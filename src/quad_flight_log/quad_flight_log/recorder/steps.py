@@ -38,11 +38,7 @@ class StepCounter:
     """
 
     def __init__(
-        self,
-        periods: Mapping[str, int],
-        optional: Iterable[str] = (),
-        shadows: Iterable[str] = (),
-        now: float = 0.0,
+        self, periods: Mapping[str, int], optional: Iterable[str] = (), shadows: Iterable[str] = (), now: float = 0.0
     ) -> None:
         """Start with nothing seen."""
         self._periods, self._optional = dict(periods), frozenset(optional)

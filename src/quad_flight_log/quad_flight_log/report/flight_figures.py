@@ -23,6 +23,24 @@ MOTIONS = (("longitudinal", "x"), ("lateral", "y"), ("vertical", "z"))
 ANGLES = (("roll", "φ"), ("pitch", "θ"), ("yaw", "ψ"))
 _SHADES = (0.07, 0.16)  # of modes that follow each other
 _MODE_COLOUR = "#4f86b8"  # unlike that of a takeover
+_PLACES = "Above: position and reference. Below: flown minus reference (Eq. 18)."
+_ANGLES = (
+    "Above: the angle, and broad and pale what the position law of the same flight asked for (Eq. 38). "
+    "Below: flown minus wanted (Eq. 40)."
+)
+_SEGMENT = 4.0  # s of a spectrum: lines 0.25 Hz apart
+_POSITION, _ATTITUDE = "position_controller/internals", "attitude_controller/internals"
+_ESTIMATED = "Disturbance (Eqs. 10-12), broad and pale, and the position law's estimate"
+_LAWS: tuple[tuple[str, str, str, str, str, str], ...] = (
+    ("adaptive-gains", "Adaptive gains (Eq. 37)", "ξ̂{} [1/s]", "xyz", _POSITION, "adaptive_gain"),
+    ("sliding", "Sliding variables (Eq. 45)", "s{} [rad/s]", "φθψ", _ATTITUDE, "sliding_variable"),
+    ("adaptive-constants", "Adaptive constants (Eq. 54)", "Q̂1{}", "φθψ", _ATTITUDE, "adaptive_constant"),
+    ("disturbance", _ESTIMATED, "D{} [m/s²]", "xyz", "disturbance", "lumped_acceleration_w"),
+    ("disturbance", _ESTIMATED, "D{} [m/s²]", "xyz", _POSITION, "disturbance_estimate"),
+    ("wind", "Wind", "wind {} [m/s]", "xyz", "disturbance", "wind_w"),
+    ("rotors", "Rotor speeds", "ω{} [rad/s]", "1234", "actuation", "rotor_speed"),
+)
+"""(key, title, label of a panel, its axes, topic, field); rows of one key share a figure."""
 
 
 @dataclass(frozen=True)
@@ -102,18 +120,50 @@ def mode_bands(run: Run) -> tuple[Band, ...]:
     )
 
 
+Curve = tuple[str, str, Floats, Floats, bool]
+"""What a line is shown and hidden with, its label, times (n,), values (n, k) in k panels, whether it was wanted."""
+
+
+def _panels(labels: Sequence[str], curves: Sequence[Curve], *, logarithmic: bool = False) -> tuple[Panel, ...]:
+    """Return a panel per label, with a line of every curve in it."""
+    return tuple(
+        Panel(
+            label,
+            tuple(Line(run, name, (times, values[:, at]), wanted) for run, name, times, values, wanted in curves),
+            logarithmic=logarithmic,
+        )
+        for at, label in enumerate(labels)
+    )
+
+
 def paper_figures(runs: Sequence[Run]) -> list[Figure]:
     """Return six figures of one case over time, for runs of one trajectory; what the bags do not hold is left out.
 
     The paper's first of each case, the path, is the viewer's (``scene``).
     """
-    flown = [run for run in runs if run.has("truth")]
-    made = [_position_figure(flown, axis) for axis in range(3)] + [_angle_figure(flown, axis) for axis in range(3)]
-    found = []
-    for at, figure in enumerate(made, start=1):
-        key, title = numbered(runs[0].trajectory, at, figure.key, figure.title[0].upper() + figure.title[1:])
-        found.append(_with_lines(figure._replace(key=key, title=title, span=span_of(flown))))
-    return [figure for figure in found if figure.panels]
+    flown, turns, turned = [run for run in runs if run.has("truth")], list[Curve](), list[Curve]()
+    places = [(run.name, run.name, run.times("truth"), run.tables["truth"]["p_w"], False) for run in flown]
+    places += _references(flown)
+    off = [(run.name, run.name, *position_error(run), False) for run in flown if run.has("reference")]
+    for run in flown:
+        angles = np.unwrap(euler_angles(run.tables["truth"]["q_wb"]), axis=0)
+        turns.append((run.name, run.name, run.times("truth"), angles, False))
+        if run.has("attitude_setpoint"):
+            wanted = np.unwrap(run.tables["attitude_setpoint"]["angles"], axis=0)
+            turns.append((run.name, f"{run.name}: wanted", run.times("attitude_setpoint"), wanted, True))
+            turned.append((run.name, run.name, *attitude_error(run), False))
+    found = list[Figure]()
+    for axes, unit, what, about, values, errors in (
+        (MOTIONS, "m", "translational motion", _PLACES, places, off),
+        (ANGLES, "rad", "angle", _ANGLES, turns, turned),
+    ):
+        above = _panels([f"{letter} [{unit}]" for _, letter in axes], values)
+        below = _panels([f"{letter} error [{unit}]" for _, letter in axes], errors)
+        for (name, letter), *panels in zip(axes, above, below, strict=True):
+            title = f"{name.capitalize()} {what} tracking"
+            key, title = numbered(runs[0].trajectory, len(found) + 1, letter if unit == "m" else name, title)
+            found.append(Figure(key, title, about, tuple(panels), span=span_of(flown)))
+    return _with_lines(found)
 
 
 def numbered(trajectory: str, at: int, key: str, title: str) -> tuple[str, str]:
@@ -122,44 +172,10 @@ def numbered(trajectory: str, at: int, key: str, title: str) -> tuple[str, str]:
     return (key, title) if first is None else (f"figure-{first + at:02d}-{key}", f"Figure {first + at}. {title}")
 
 
-def _with_lines(figure: Figure) -> Figure:
-    """Return a figure without the panels that no flight has a line in."""
-    return figure._replace(panels=tuple(panel for panel in figure.panels if panel.lines))
-
-
-def _position_figure(runs: Sequence[Run], axis: int) -> Figure:
-    motion, letter = MOTIONS[axis]
-    lines = [Line(run.name, run.name, (run.times("truth"), run.tables["truth"]["p_w"][:, axis])) for run in runs]
-    for run, group, label in _references(runs):
-        values = run.tables["reference"]["p_w"][:, axis]
-        lines.append(Line(group, label, (run.times("reference"), values), dashed=True))
-    errors = []
-    for run in runs:
-        if run.has("reference"):
-            times, error = position_error(run)
-            errors.append(Line(run.name, run.name, (times, error[:, axis])))
-    panels = (Panel(f"{letter} [m]", tuple(lines)), Panel(f"{letter} error [m]", tuple(errors)))
-    caption = "Above: position and reference. Below: flown minus reference (Eq. 18)."
-    return Figure(letter, f"{motion} translational motion tracking", caption, panels)
-
-
-def _angle_figure(runs: Sequence[Run], axis: int) -> Figure:
-    angle, letter = ANGLES[axis]
-    lines, errors = [], []
-    for run in runs:
-        flown = np.unwrap(euler_angles(run.tables["truth"]["q_wb"])[:, axis])
-        lines.append(Line(run.name, run.name, (run.times("truth"), flown)))
-        if run.has("attitude_setpoint"):
-            wanted = np.unwrap(run.tables["attitude_setpoint"]["angles"][:, axis])
-            lines.append(Line(run.name, f"{run.name}: wanted", (run.times("attitude_setpoint"), wanted), dashed=True))
-            times, error = attitude_error(run)
-            errors.append(Line(run.name, run.name, (times, error[:, axis])))
-    panels = (Panel(f"{letter} [rad]", tuple(lines)), Panel(f"{letter} error [rad]", tuple(errors)))
-    caption = (
-        "Above: the angle, and broad and pale what the position law of the same flight asked for (Eq. 38). "
-        "Below: flown minus wanted (Eq. 40)."
-    )
-    return Figure(angle, f"{angle} angle tracking", caption, panels)
+def _with_lines(figures: Sequence[Figure]) -> list[Figure]:
+    """Return figures without the panels that no flight has a line in, and none without a panel."""
+    kept = (figure._replace(panels=tuple(panel for panel in figure.panels if panel.lines)) for figure in figures)
+    return [figure for figure in kept if figure.panels]
 
 
 def position_error(run: Run) -> tuple[Floats, Floats]:
@@ -174,16 +190,21 @@ def attitude_error(run: Run) -> tuple[Floats, Floats]:
     return run.since_start(truth), wrapped(euler_angles(truth["q_wb"]) - wanted["angles"])
 
 
-def _references(runs: Sequence[Run]) -> list[tuple[Run, str, str]]:
-    """Return each different reference once: (its run, what it is shown and hidden with, its label)."""
+def _references(runs: Sequence[Run]) -> list[Curve]:
+    """Return each different reference once, one that all runs share under a name of its own."""
     different: dict[tuple[bytes, ...], Run] = {}
-    for run in runs:
-        if run.has("reference"):
-            table = run.tables["reference"]
-            different.setdefault(tuple(table[name].tobytes() for name in ("trajectory_time", "p_w", "yaw")), run)
-    if len(different) == 1:
-        return [(run, REFERENCE, "the reference") for run in different.values()]
-    return [(run, run.name, f"{run.name}: reference") for run in different.values()]
+    for run in (each for each in runs if each.has("reference")):
+        table = run.tables["reference"]
+        different.setdefault(tuple(table[name].tobytes() for name in ("trajectory_time", "p_w", "yaw")), run)
+    return [
+        (
+            *((REFERENCE, "the reference") if len(different) == 1 else (run.name, f"{run.name}: reference")),
+            run.times("reference"),
+            run.tables["reference"]["p_w"],
+            True,
+        )
+        for run in different.values()
+    ]
 
 
 def span_of(runs: Sequence[Run]) -> tuple[float, float] | None:
@@ -195,97 +216,69 @@ def span_of(runs: Sequence[Run]) -> tuple[float, float] | None:
     return (0.0, round(end, 1)) if end >= 0.1 else None
 
 
-_SEGMENT = 4.0  # s of a spectrum: lines 0.25 Hz apart
-_POSITION, _ATTITUDE = "position_controller/internals", "attitude_controller/internals"
-_ESTIMATED = "Disturbance (Eqs. 10-12), broad and pale, and the position law's estimate"
-_LAWS: tuple[tuple[str, str, str, str, str, str], ...] = (
-    ("adaptive-gains", "Adaptive gains (Eq. 37)", "ξ̂{} [1/s]", "xyz", _POSITION, "adaptive_gain"),
-    ("sliding", "Sliding variables (Eq. 45)", "s{} [rad/s]", "φθψ", _ATTITUDE, "sliding_variable"),
-    ("adaptive-constants", "Adaptive constants (Eq. 54)", "Q̂1{}", "φθψ", _ATTITUDE, "adaptive_constant"),
-    ("disturbance", _ESTIMATED, "D{} [m/s²]", "xyz", "disturbance", "lumped_acceleration_w"),
-    ("disturbance", _ESTIMATED, "D{} [m/s²]", "xyz", _POSITION, "disturbance_estimate"),
-    ("wind", "Wind", "wind {} [m/s]", "xyz", "disturbance", "wind_w"),
-    ("rotors", "Rotor speeds", "ω{} [rad/s]", "1234", "actuation", "rotor_speed"),
-)
-"""(key, title, label of a panel, its axes, topic, field); rows of one key share a figure."""
-
-
-def _law_figures(runs: Sequence[Run]) -> list[Figure]:
-    """Return the figures of _LAWS; a field that a law or a bag lacks, so that it is 0 all along, gives no line."""
-    lines: dict[tuple[str, str], list[Line]] = {}
-    figures = {}
-    for key, title, label, axes, topic, field in _LAWS:
-        for run in runs:
-            dtype = run.tables[topic].dtype if run.has(topic) else np.dtype([])
-            if field in (dtype.names or ()) and dtype[field].shape == (len(axes),) and run.tables[topic][field].any():
-                true = field == "lumped_acceleration_w"
-                for axis, column in zip(axes, run.tables[topic][field].T, strict=True):
-                    line = Line(run.name, run.name + ": true" * true, (run.times(topic), column), dashed=true)
-                    lines.setdefault((key, axis), []).append(line)
-        panels = (Panel(label.format(axis), tuple(lines.get((key, axis), ()))) for axis in axes)
-        figures[key] = Figure(key, title, "", tuple(panels))
-    return list(figures.values())
-
-
 def inside_figures(runs: Sequence[Run]) -> list[Figure]:
     """Return error, thrust, torque, effort, spectrum and the laws' own quantities of runs of one trajectory."""
-    error, thrust, torque = list[Line](), list[Line](), tuple(list[Line]() for _ in "xyz")
+    error, thrust, torque = list[Curve](), list[Curve](), list[Curve]()
     for run in runs:
         if run.has("truth", "reference"):
             times, offset = position_error(run)
-            error.append(Line(run.name, run.name, (times, norms(offset))))
+            error.append((run.name, run.name, times, norms(offset)[:, None], False))
         if run.has(COMMAND):
-            times, (force, moments) = run.times(COMMAND), thrust_and_torque(run.tables[COMMAND])
-            thrust.append(Line(run.name, f"{run.name}: commanded", (times, force), dashed=True))
-            for lines, moment in zip(torque, moments.T, strict=True):
-                lines.append(Line(run.name, run.name, (times, moment)))
+            force, moments = thrust_and_torque(run.tables[COMMAND])
+            thrust.append((run.name, f"{run.name}: commanded", run.times(COMMAND), force[:, None], True))
+            torque.append((run.name, run.name, run.times(COMMAND), moments, False))
         if run.has("actuation"):
-            achieved = (run.times("actuation"), run.tables["actuation"]["thrust"])
-            thrust.append(Line(run.name, f"{run.name}: achieved", achieved))
-    torques = [Panel(f"τ{axis} [N m]", tuple(lines)) for axis, lines in zip("xyz", torque, strict=True)]
+            achieved = run.tables["actuation"]["thrust"][:, None]
+            thrust.append((run.name, f"{run.name}: achieved", run.times("actuation"), achieved, False))
+    torques = _panels([f"τ{axis} [N m]" for axis in "xyz"], torque)
     figures = [
-        Figure("error", "Distance from the reference", "", (Panel("distance [m]", tuple(error)),)),
-        Figure("thrust", "Thrust along body z (Eq. 38)", "", (Panel("thrust [N]", tuple(thrust)),)),
-        Figure("torque", "Commanded torque about the body axes (Eq. 56)", "", tuple(torques)),
-        *_effort_figures([run for run in runs if run.has(COMMAND) and len(run.tables[COMMAND]) > 1]),
+        Figure("error", "Distance from the reference", "", _panels(["distance [m]"], error)),
+        Figure("thrust", "Thrust along body z (Eq. 38)", "", _panels(["thrust [N]"], thrust)),
+        Figure("torque", "Commanded torque about the body axes (Eq. 56)", "", torques),
+        *_effort_figures([run for run in runs if run.has(COMMAND)]),
         *_law_figures(runs),
     ]
-    found = []
-    for figure in map(_with_lines, figures):
-        if figure.panels:
-            span = span_of(runs) if figure.over_time else None
-            found.append(figure._replace(key=f"{runs[0].trajectory or 'flight'}-{figure.key}", span=span))
-    return found
+    prefix, span = runs[0].trajectory or "flight", span_of(runs)
+    return [
+        figure._replace(key=f"{prefix}-{figure.key}", span=span if figure.over_time else None)
+        for figure in _with_lines(figures)
+    ]
 
 
 def _effort_figures(runs: Sequence[Run]) -> list[Figure]:
     """Return the running effort of the commands, and the spectrum of the commanded torque."""
     from scipy.signal import welch
 
-    thrust, torque, spectrum = list[Line](), list[Line](), tuple(list[Line]() for _ in "xyz")
+    efforts, spectra = list[Curve](), list[Curve]()
     for run in runs:
         wrench = run.tables[COMMAND][run.times(COMMAND) >= 0.0]
         if len(wrench) < 2:
             continue
-        times, (force, moments), hold = (
-            run.since_start(wrench),
-            thrust_and_torque(wrench),
-            hold_times(wrench["stamp_ns"]),
-        )
-        thrust.append(Line(run.name, run.name, (times, np.cumsum(hold * force * force))))
-        torque.append(Line(run.name, run.name, (times, np.cumsum(hold * (moments * moments).sum(axis=1)))))
-        for lines, moment in zip(spectrum, moments.T, strict=True):
-            known, power = welch(moment, 1.0 / hold[0], nperseg=min(len(times), round(_SEGMENT / hold[0])))
-            lines.append(Line(run.name, run.name, (known[1:], power[1:])))
-    efforts = (Panel("thrust effort [N² s]", tuple(thrust)), Panel("torque effort [N² m² s]", tuple(torque)))
-    powers = [
-        Panel(f"τ{axis} [N² m²/Hz]", tuple(lines), logarithmic=True)
-        for axis, lines in zip("xyz", spectrum, strict=True)
-    ]
+        (force, moments), hold = thrust_and_torque(wrench), hold_times(wrench["stamp_ns"])
+        squares = np.column_stack([hold * force * force, hold * (moments * moments).sum(axis=1)])
+        efforts.append((run.name, run.name, run.since_start(wrench), np.cumsum(squares, axis=0), False))
+        known, power = welch(moments, 1.0 / hold[0], nperseg=min(len(hold), round(_SEGMENT / hold[0])), axis=0)
+        spectra.append((run.name, run.name, known[1:], power[1:], False))
+    effort = _panels(["thrust effort [N² s]", "torque effort [N² m² s]"], efforts)
+    powers = _panels([f"τ{axis} [N² m²/Hz]" for axis in "xyz"], spectra, logarithmic=True)
     about = f"Power spectral density from t = 0 on (Welch, segments of {_SEGMENT:g} s)."
+    title = "Spectrum of the commanded torque"
     return [
-        Figure("effort", "Effort: integral of the squared command", "", efforts),
-        Figure(
-            "spectrum", "Spectrum of the commanded torque", about, tuple(powers), "frequency [Hz]", logarithmic=True
-        ),
+        Figure("effort", "Effort: integral of the squared command", "", effort),
+        Figure("spectrum", title, about, powers, "frequency [Hz]", logarithmic=True),
+    ]
+
+
+def _law_figures(runs: Sequence[Run]) -> list[Figure]:
+    """Return the figures of _LAWS; a field that a law or a bag lacks, so that it is 0 all along, gives no line."""
+    curves: dict[str, list[Curve]] = {}
+    for key, _, _, axes, topic, field in _LAWS:
+        for run in (each for each in runs if each.has(topic)):
+            table, true = run.tables[topic], field == "lumped_acceleration_w"
+            if field in (table.dtype.names or ()) and table[field].shape[1:] == (len(axes),) and table[field].any():
+                line = (run.name, run.name + ": true" * true, run.times(topic), table[field], true)
+                curves.setdefault(key, []).append(line)
+    return [
+        Figure(key, title, "", _panels([label.format(axis) for axis in axes], curves.get(key, ())))
+        for key, (title, label, axes) in {key: about for key, *about, _, _ in _LAWS}.items()
     ]
