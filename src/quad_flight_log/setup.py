@@ -15,9 +15,6 @@ setup(
     install_requires=["mcap", "numpy", "PyYAML", "rosbags", "zstandard"],
     extras_require={"test": ["pytest"]},
     entry_points={
-        "console_scripts": [
-            "recorder = quad_flight_log.recorder.node:main",
-            "log = quad_flight_log.cli:console",
-        ],
+        "console_scripts": ["recorder = quad_flight_log.recorder.node:main", "log = quad_flight_log.cli:console"]
     },
 )

@@ -57,7 +57,7 @@ def whole_flight(figures, folder):
         found = replay(open_flight(folder / "rt"), role)
         figures.check(found.equal, f"replay of {role} in real time: {len(found.steps)} steps, bit-equal {found.notes}")
     seen = foreign_readers.ours(bag)
-    for name in ("rosbags", "mcap_ros2", "javascript"):
+    for name in ("rosbags", "mcap_ros2"):
         began = time.monotonic()
         same = getattr(foreign_readers, f"by_{name}")(bag) == {
             topic: found for topic, found in seen.items() if found[0]

@@ -16,16 +16,7 @@ from typing import Any
 
 from quad_autopilot import thrust
 from quad_autopilot.arming import Setpoint
-from quad_autopilot.autopilot import (
-    ARM_DISARM,
-    DO_SET_MODE,
-    NAV_LAND,
-    Ack,
-    Autopilot,
-    Control,
-    Profile,
-    Request,
-)
+from quad_autopilot.autopilot import ARM_DISARM, DO_SET_MODE, NAV_LAND, Ack, Autopilot, Control, Profile, Request
 from quad_autopilot.autopilot_flight import BEAT, LOOK, AutopilotFlight
 from quad_autopilot.evidence import Phase
 from quad_autopilot.parameters import Flier
@@ -71,12 +62,7 @@ class CrazyflieBridge:
     def __init__(self) -> None:
         """Look for cflib and begin to connect; raises ParameterError for what cannot fly."""
         self.flight = AutopilotFlight(
-            CRAZYFLIE,
-            PROFILE,
-            ask=self.request,
-            missing=self._missing,
-            refusal=self._refusal,
-            shut_down=self.shut_down,
+            CRAZYFLIE, PROFILE, ask=self.request, missing=self._missing, refusal=self._refusal, shut_down=self.shut_down
         )
         self.node, self.settings = self.flight.node, self.flight.settings
         thrust.require(self.settings.max_rotor_thrust)

@@ -160,11 +160,7 @@ def write_bag(
     notes: Mapping[str, str] = MappingProxyType({}),
 ) -> Path:
     """Write a bag of rosbags messages; ``pause_every`` messages the writer is given time to flush a chunk."""
-    bag = BagWriter(
-        directory,
-        metadata={"run_id": "test", "seed": "7", **notes},
-        flush_period=0.05,
-    )
+    bag = BagWriter(directory, metadata={"run_id": "test", "seed": "7", **notes}, flush_period=0.05)
     handles: dict[str, int] = {}
     for index, (topic, sample) in enumerate(flown):
         if topic not in handles:

@@ -1,11 +1,7 @@
 """One flight through readers that share no code with ours: each gives {topic: (count, digest over all values)}."""
 
 import hashlib
-import json
-import os
-import shutil
 import struct
-import subprocess
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -16,11 +12,6 @@ import numpy as np
 from quad_flight_log.bag.reader import open_flight
 
 Digests = dict[str, tuple[int, str]]
-JAVASCRIPT = Path(__file__).parent / "javascript"
-
-
-class MissingToolError(Exception):
-    """Node.js or its packages are not to be had here."""
 
 
 def leaves(value: Any) -> Iterator[bytes]:
@@ -92,31 +83,3 @@ def by_mcap_ros2(bag: Path) -> Digests:
     with path.open("rb") as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
         return digests((item.channel.topic, item.decoded_message) for item in reader.iter_decoded_messages())
-
-
-def by_javascript(bag: Path) -> Digests:
-    """Read a bag directory with @mcap/core and @foxglove/rosmsg2-serialization; raises MissingToolError."""
-    home = _packages()
-    (path,) = bag.glob("*.mcap")
-    command = ["node", str(home / "read_bag.mjs"), str(path)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 0, done.stderr
-    return {topic: (count, digest) for topic, (count, digest) in json.loads(done.stdout).items()}
-
-
-def _packages() -> Path:
-    """Return a directory outside the repository with the script and its packages, installed once."""
-    if not (shutil.which("node") and shutil.which("npm")):
-        raise MissingToolError("node and npm are not installed")
-    manifest = (JAVASCRIPT / "package.json").read_bytes()
-    cache = Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache"))
-    home = cache / "quad_flight_log" / f"javascript-{hashlib.sha256(manifest).hexdigest()[:12]}"
-    home.mkdir(parents=True, exist_ok=True)
-    if not (home / "node_modules" / "fzstd" / "package.json").is_file():
-        (home / "package.json").write_bytes(manifest)
-        command = ["npm", "install", "--no-audit", "--no-fund", "--ignore-scripts", "--no-package-lock"]
-        done = subprocess.run(command, cwd=home, capture_output=True, text=True, timeout=120, check=False)
-        if done.returncode != 0:
-            raise MissingToolError(f"npm cannot install the packages: {done.stderr.strip().splitlines()[-1:]}")
-    shutil.copy(JAVASCRIPT / "read_bag.mjs", home)
-    return home

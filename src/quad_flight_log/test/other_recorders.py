@@ -1,7 +1,5 @@
 """Bags as other recorders leave them: split, compressed, SQLite, merged, with encodings and records unlike ours."""
 
-import io
-import sqlite3
 import struct
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -10,10 +8,9 @@ from typing import Any, NamedTuple
 
 import flight_samples
 import yaml
-import zstandard
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
-from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as RosbagsWriter
 
 
@@ -31,20 +28,21 @@ PERIOD = 10_000_000  # ns
 KIND = "geometry_msgs/msg/PoseStamped"
 
 
-def pose(index: int) -> bytes:
-    """Return the payload of a pose ``index`` decimetres along x."""
-    header = {"stamp": flight_samples.time_of(START + index * PERIOD), "frame_id": "map"}
-    inside = {"position": {"x": 0.1 * index, "z": 1.0}, "orientation": {"w": 1.0}}
-    return flight_samples.encoded(flight_samples.message(KIND, header=header, pose=inside))
+def sent(topic: str, message: Any) -> Sent:
+    """Return a rosbags message as a recorder receives it."""
+    kind = message.__msgtype__
+    text = flight_samples.definition(kind).text.encode()
+    return Sent(f"/{topic.lstrip('/')}", kind, text, flight_samples.encoded(message))
 
 
-def put(writer: Writer, topic: str, indexes: Iterable[int], *, text: str = "", packed: bool = False) -> None:
-    """Write poses to ``topic``; ``text``: another definition, ``packed``: compressed message by message."""
-    schema = writer.register_schema(KIND, "ros2msg", (text or flight_samples.definition(KIND).text).encode())
-    channel = writer.register_channel(topic, "cdr", schema)
+def poses(indexes: Iterable[int] = range(20), topic: str = "/pose") -> list[Sent]:
+    """Return poses, number ``index`` as many decimetres along x."""
+    found = []
     for index in indexes:
-        data = zstandard.compress(pose(index)) if packed else pose(index)
-        writer.add_message(channel, START + index * PERIOD, data, START + index * PERIOD, index)
+        header = {"stamp": flight_samples.time_of(START + index * PERIOD), "frame_id": "map"}
+        inside = {"position": {"x": 0.1 * index, "z": 1.0}, "orientation": {"w": 1.0}}
+        found.append(sent(topic, flight_samples.message(KIND, header=header, pose=inside)))
+    return found
 
 
 def started(stream: Any, **options: Any) -> Writer:
@@ -54,14 +52,43 @@ def started(stream: Any, **options: Any) -> Writer:
     return writer
 
 
-def mcap(path: Path, indexes: Iterable[int] = range(20), topic: str = "/pose", **options: Any) -> Path:
-    """Write one MCAP file with poses."""
-    packed = options.pop("packed", False)
+def in_one_file(
+    path: Path, messages: list[Sent], times: Mapping[int, int] = MappingProxyType({}), **options: Any
+) -> Path:
+    """Write an MCAP file with the wall clock as log time and no notes; ``times``: {number of a message: its time}."""
     with path.open("wb") as stream:
-        writer = started(stream, **options)
-        put(writer, topic, indexes, packed=packed)
+        writer, channels = started(stream, **options), {}
+        for index, one in enumerate(messages):
+            if (one.topic, one.text) not in channels:
+                schema = writer.register_schema(one.kind, "ros2msg", one.text)
+                channels[one.topic, one.text] = writer.register_channel(one.topic, "cdr", schema)
+            time = times.get(index, START + index * 1000)
+            writer.add_message(channels[one.topic, one.text], time, one.data, time, index)
         writer.finish()
     return path
+
+
+def rosbag(
+    directory: Path,
+    messages: list[Sent],
+    storage: StoragePlugin = StoragePlugin.MCAP,
+    mode: CompressionMode = CompressionMode.NONE,
+) -> Path:
+    """Write a bag with rosbags, as ``ros2 bag record`` would: any topics, no records of ours."""
+    writer, connections = RosbagsWriter(directory, version=9, storage_plugin=storage), {}
+    writer.set_compression(mode, CompressionFormat.ZSTD)
+    with writer:
+        for index, one in enumerate(messages):
+            if one.topic not in connections:
+                known = flight_samples.typestore()
+                connections[one.topic] = writer.add_connection(one.topic, one.kind, typestore=known)
+            writer.write(connections[one.topic], START + index * 1000, one.data)
+    return directory
+
+
+def sqlite(directory: Path, messages: list[Sent], mode: CompressionMode = CompressionMode.NONE) -> Path:
+    """Write an SQLite bag."""
+    return rosbag(directory, messages, StoragePlugin.SQLITE3, mode)
 
 
 def listed(directory: Path, names: list[str], *, mode: str = "", form: str = "", storage: str = "mcap") -> Path:
@@ -77,89 +104,40 @@ def listed(directory: Path, names: list[str], *, mode: str = "", form: str = "",
     return directory
 
 
-def made(directory: Path) -> Path:
-    """Create ``directory`` and return it."""
-    directory.mkdir(parents=True)
-    return directory
-
-
-def split(directory: Path, parts: int = 2, *, metadata: bool = True) -> Path:
+def split(directory: Path, messages: list[Sent], parts: int = 2, *, metadata: bool = True) -> Path:
     """Write a bag of ``parts`` files, numbered without leading zeros."""
     names = [f"{directory.name}_{part}.mcap" for part in range(parts)]
-    made(directory)
+    directory.mkdir(parents=True)
     for part, name in enumerate(names):
-        mcap(directory / name, range(part * 20 // parts, (part + 1) * 20 // parts))
+        in_one_file(directory / name, messages[part * len(messages) // parts : (part + 1) * len(messages) // parts])
     return listed(directory, names) if metadata else directory
 
 
-def packed_file(directory: Path) -> Path:
-    """Write a bag whose file is compressed as a whole."""
-    made(directory)
-    stream = io.BytesIO()
-    writer = started(stream)
-    put(writer, "/pose", range(20))
-    writer.finish()
-    name = f"{directory.name}_0.mcap.zstd"
-    (directory / name).write_bytes(zstandard.compress(stream.getvalue()))
-    return listed(directory, [name], mode="FILE", form="zstd")
-
-
-def packed_messages(directory: Path) -> Path:
-    """Write a bag whose messages are compressed one by one."""
-    made(directory)
-    name = f"{directory.name}_0.mcap"
-    mcap(directory / name, packed=True)
-    return listed(directory, [name], mode="MESSAGE", form="zstd")
-
-
-def sqlite(directory: Path, parts: int = 1, *, packed: bool = False) -> Path:
-    """Write an SQLite bag of ``parts`` files; ``packed``: each compressed as a whole."""
-    made(directory)
-    names = []
-    for part in range(parts):
-        path = directory / f"{directory.name}_{part}.db3"
-        base = sqlite3.connect(path)
-        base.execute("create table topics(id integer primary key, name text, type text, serialization_format text, "
-                     "offered_qos_profiles text)")  # fmt: skip
-        base.execute("create table messages(id integer primary key, topic_id integer, timestamp integer, data blob)")
-        base.execute("insert into topics values(1, '/pose', ?, 'cdr', '')", (KIND,))
-        for index in range(part * 20 // parts, (part + 1) * 20 // parts):
-            base.execute("insert into messages(topic_id, timestamp, data) values(1, ?, ?)",
-                         (START + index * PERIOD, pose(index)))  # fmt: skip
-        base.commit()
-        base.close()
-        if packed:
-            path.with_name(path.name + ".zstd").write_bytes(zstandard.compress(path.read_bytes()))
-            path.unlink()
-        names.append(path.name + ".zstd" * packed)
-    return listed(directory, names, storage="sqlite3", mode="FILE" * packed, form="zstd" * packed)
-
-
-def merged(path: Path, other: str) -> Path:
-    """Write one topic with two definitions: ours, and ``other``."""
-    with path.open("wb") as stream:
-        writer = started(stream)
-        put(writer, "/pose", range(10))
-        put(writer, "/pose", range(10, 20), text=other)
-        writer.finish()
-    return path
+def split_sqlite(directory: Path, messages: list[Sent]) -> Path:
+    """Write an SQLite bag of two files."""
+    half = len(messages) // 2
+    for number, part in enumerate((messages[:half], messages[half:])):
+        (path,) = sqlite(directory / f"part{number}", part).glob("*.db3")
+        path.rename(directory / f"{directory.name}_{number}.db3")
+    return listed(directory, [f"{directory.name}_{number}.db3" for number in range(2)], storage="sqlite3")
 
 
 def encodings(path: Path) -> Path:
     """Write a good topic among five that hold no CDR or no definition of it, and one whose payloads do not fit."""
+    (good, *_) = poses()
     with path.open("wb") as stream:
         writer = started(stream)
-        put(writer, "/pose", range(20))
-        for topic, encoding, kind, schema_encoding, text in (
-            ("/json", "json", "Thing", "jsonschema", b"{}"),
-            ("/protobuf", "protobuf", "a.Thing", "protobuf", b"\n\x01x"),
-            ("/idl", "cdr", "a/msg/Thing", "ros2idl", b"module a { struct Thing { double x; }; };"),
-            ("/incomplete", "cdr", "a/msg/Thing", "ros2msg", b"a/Inner inner\n"),
-            ("/short", "cdr", "a/msg/Short", "ros2msg", b"float64[4] x\n"),
+        for topic, encoding, kind, schema_encoding, text, data in (
+            ("/pose", "cdr", good.kind, "ros2msg", good.text, good.data),
+            ("/json", "json", "Thing", "jsonschema", b"{}", b""),
+            ("/protobuf", "protobuf", "a.Thing", "protobuf", b"\n\x01x", b""),
+            ("/idl", "cdr", "a/msg/Thing", "ros2idl", b"module a { struct Thing { double x; }; };", b""),
+            ("/incomplete", "cdr", "a/msg/Thing", "ros2msg", b"a/Inner inner\n", b""),
+            ("/short", "cdr", "a/msg/Short", "ros2msg", b"float64[4] x\n", b""),
         ):
             schema = writer.register_schema(kind, schema_encoding, text)
             channel = writer.register_channel(topic, encoding, schema)
-            writer.add_message(channel, START, b"\0\1\0\0" + struct.pack("<d", 1.0), START)
+            writer.add_message(channel, START, data or b"\0\1\0\0" + struct.pack("<d", 1.0), START)
         channel = writer.register_channel("/undefined", "cdr", 0)
         writer.add_message(channel, START, b"\0\1\0\0\1\0\0\0", START)
         writer.finish()
@@ -168,12 +146,8 @@ def encodings(path: Path) -> Path:
 
 def named(path: Path, topics: Iterable[str]) -> Path:
     """Write five poses to each topic."""
-    with path.open("wb") as stream:
-        writer = started(stream, compression=CompressionType.LZ4)
-        for topic in topics:
-            put(writer, topic, range(5))
-        writer.finish()
-    return path
+    messages = [pose for topic in topics for pose in poses(range(5), topic)]
+    return in_one_file(path, messages, compression=CompressionType.LZ4)
 
 
 def received(bag: Path) -> list[Sent]:
@@ -184,57 +158,17 @@ def received(bag: Path) -> list[Sent]:
 
 
 def recorded_again(bag: Path, path: Path, change: Callable[[list[Sent]], list[Sent]] = lambda sent: sent) -> Path:
-    """Write our bag as a recorder of others would: wall clock as log time, no notes; ``change`` what it received."""
+    """Write our bag as a recorder of others would; ``change`` what it received."""
     return in_one_file(path, change(received(bag)))
-
-
-def in_one_file(path: Path, sent: list[Sent], times: Mapping[int, int] = MappingProxyType({})) -> Path:
-    """Write what a recorder of others received as one MCAP file; ``times``: {number of a message: its log time}."""
-    with path.open("wb") as stream:
-        writer, channels = started(stream), {}
-        for index, one in enumerate(sent):
-            if one.topic not in channels:
-                schema = writer.register_schema(one.kind, "ros2msg", one.text)
-                channels[one.topic] = writer.register_channel(one.topic, "cdr", schema)
-            time = times.get(index, START + index * 1000)
-            writer.add_message(channels[one.topic], time, one.data, time, index)
-        writer.finish()
-    return path
-
-
-def in_two_files(directory: Path, sent: list[Sent]) -> Path:
-    """Write what a recorder of others received as a split bag."""
-    names = [f"{directory.name}_{part}.mcap" for part in range(2)]
-    made(directory)
-    for name, part in zip(names, (sent[: len(sent) // 2], sent[len(sent) // 2 :]), strict=True):
-        in_one_file(directory / name, part)
-    return listed(directory, names)
-
-
-def in_sqlite(directory: Path, sent: list[Sent]) -> Path:
-    """Write what a recorder of others received as an SQLite bag."""
-    with RosbagsWriter(directory, version=9, storage_plugin=StoragePlugin.SQLITE3) as writer:
-        connections = {}
-        for index, one in enumerate(sent):
-            if one.topic not in connections:
-                known = flight_samples.typestore()
-                connections[one.topic] = writer.add_connection(one.topic, one.kind, typestore=known)
-            writer.write(connections[one.topic], START + index * 1000, one.data)
-    return directory
 
 
 VERDICT = ("truth", "reference", "actuation", "flight/state", "flight/guard", "flight/parameters", "flight/mode")
 
 
-def in_few_topics(path: Path, sent: list[Sent]) -> Path:
+def in_few_topics(path: Path, messages: list[Sent]) -> Path:
     """Write the topics that a verdict needs, and no other, as one MCAP file."""
-    return in_one_file(path, [one for one in sent if one.topic.lstrip("/") in VERDICT])
+    return in_one_file(path, [one for one in messages if one.topic.lstrip("/") in VERDICT])
 
 
-FORMS = {
-    "as ros2 bag record": in_one_file,
-    "split": in_two_files,
-    "SQLite": in_sqlite,
-    "some topics": in_few_topics,
-}
+FORMS = {"as ros2 bag record": in_one_file, "split": split, "SQLite": sqlite, "some topics": in_few_topics}
 """{form: function that writes what a recorder received to a path}."""

@@ -7,7 +7,8 @@ from pathlib import Path
 import flight_samples
 import numpy as np
 import pytest
-from mcap.writer import CompressionType, Writer
+from mcap.writer import CompressionType
+from other_recorders import Sent, in_one_file, sent
 
 from quad_flight_log.bag.reader import Flight, open_flight
 from quad_flight_log.errors import CorruptError, FlightLogError, SchemaError
@@ -101,14 +102,10 @@ def test_a_damaged_note_of_the_recorder_is_an_error_that_names_it(unclosed, tmp_
         open_flight(path)
 
 
-def test_zero_filled_tail_is_a_prefix(unclosed, tmp_path):
-    path = tmp_path / "zeros.mcap"
+def test_a_tail_of_zeros_leaves_a_prefix_and_one_of_garbage_is_an_error(unclosed, tmp_path):
+    path, whole = tmp_path / "tail.mcap", content(open_flight(unclosed))
     path.write_bytes(unclosed.read_bytes() + bytes(5000))
-    assert outcome(path, content(open_flight(unclosed))) == "prefix"
-
-
-def test_a_garbage_tail_is_an_error(unclosed, tmp_path):
-    path = tmp_path / "garbage.mcap"
+    assert outcome(path, whole) == "prefix"
     path.write_bytes(unclosed.read_bytes() + b"\x00\x01garbage")
     with pytest.raises(CorruptError, match="RecordLengthLimitExceeded"):
         open_flight(path)
@@ -129,23 +126,12 @@ def test_places_without_a_bag_are_named(tmp_path):
         open_flight(tmp_path)
 
 
-def foreign(path: Path, *, text: bytes = b"", payloads=(), **options) -> Path:
-    """Write payloads of a topic /state as another tool would; ``text``: another definition."""
-    definition = flight_samples.definition("quad_msgs/msg/VehicleState")
-    with path.open("wb") as stream:
-        writer = Writer(stream, **options)
-        writer.start("ros2", "some tool")
-        schema = writer.register_schema(definition.name, "ros2msg", text or definition.text.encode())
-        channel = writer.register_channel("/state", "cdr", schema)
-        for index, payload in enumerate(payloads):
-            writer.add_message(channel, index, payload, index)
-        writer.finish()
-    return path
-
-
-def state_payloads(count=5):
+def states(count=5, text: bytes = b"", bad: bytes | None = None) -> list[Sent]:
+    """Return states as another tool receives them; ``text``: of another definition, ``bad``: what the second holds."""
     rng = np.random.default_rng(2)
-    return [flight_samples.encoded(flight_samples.state(step, rng)) for step in range(count)]
+    found = [sent("state", flight_samples.state(step, rng)) for step in range(count)]
+    found = [one._replace(text=text or one.text) for one in found]
+    return found if bad is None else [found[0], found[1]._replace(data=bad), *found[2:]]
 
 
 @pytest.mark.parametrize(
@@ -158,39 +144,37 @@ def state_payloads(count=5):
     ],
 )
 def test_bags_of_other_writers_are_read(options, tmp_path):
-    payloads = state_payloads()
-    flight = open_flight(foreign(tmp_path / "other.mcap", payloads=payloads, **options))
-    assert flight.payloads("state")["/state"][0] == payloads
+    flight = open_flight(in_one_file(tmp_path / "other.mcap", states(), **options))
+    assert flight.payloads("state")["/state"][0] == [one.data for one in states()]
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        b"float64 x\n",
-        b"float64[3] x\nMissing y\n",
-        b"%&/\n",
-        b"\xff\xfe",
-        b"string a\n",
-        b"quad_msgs/VehicleState me\n",
-    ],
-)
+WRONG = [
+    b"float64 x\n",
+    b"float64[3] x\nMissing y\n",
+    b"%&/\n",
+    b"\xff\xfe",
+    b"string a\n",
+    b"quad_msgs/VehicleState me\n",
+]
+
+
+@pytest.mark.parametrize("text", WRONG)
 def test_a_wrong_definition_is_an_error(text, tmp_path):
     with pytest.raises(SchemaError):
-        open_flight(foreign(tmp_path / "wrong.mcap", text=text, payloads=state_payloads())).array("state")
+        open_flight(in_one_file(tmp_path / "wrong.mcap", states(text=text))).array("state")
 
 
-def test_a_short_or_strange_payload_is_an_error(tmp_path):
-    good = state_payloads(3)
-    for index, bad in enumerate([good[0][:50], b"", b"\x00", b"\x00\x03\x00\x00" + good[0][4:], good[0] + bytes(8)]):
-        with pytest.raises(SchemaError, match="/state"):
-            open_flight(foreign(tmp_path / f"{index}.mcap", payloads=[good[0], bad, good[2]])).array("state")
+GOOD = states()[1].data
+
+
+@pytest.mark.parametrize("bad", [GOOD[:50], b"", b"\x00", b"\x00\x03\x00\x00" + GOOD[4:], GOOD + bytes(8)])
+def test_a_short_or_strange_payload_is_an_error(bad, tmp_path):
+    with pytest.raises(SchemaError, match="/state"):
+        open_flight(in_one_file(tmp_path / "bad.mcap", states(bad=bad))).array("state")
 
 
 def test_a_sequence_longer_than_its_message_is_refused(tmp_path):
-    lying = bytearray(flight_samples.encoded(flight_samples.event(1, "text")))
-    lying[12:16] = struct.pack("<I", 0xFFFFFFF0)
-    definition = flight_samples.definition("quad_msgs/msg/FlightEvent")
+    event = sent("event", flight_samples.event(1, "text"))
+    lying = event._replace(data=event.data[:12] + struct.pack("<I", 0xFFFFFFF0) + event.data[16:])
     with pytest.raises(SchemaError):
-        open_flight(foreign(tmp_path / "lying.mcap", text=definition.text.encode(), payloads=[bytes(lying)])).array(
-            "state"
-        )
+        open_flight(in_one_file(tmp_path / "lying.mcap", [lying])).array("event")

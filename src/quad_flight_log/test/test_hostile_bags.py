@@ -11,15 +11,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import drawn_flights
-import flight_samples
 import pytest
 import zstandard
-from mcap.writer import CompressionType, Writer
+from other_recorders import Sent, in_one_file, sent, started
 
 from quad_flight_log import cli
 from quad_flight_log.bag.reader import open_flight
 
-Topics = dict[str, tuple[str, str, list[bytes]]]
 ESCAPE = "\x1b]0;owned\x07\x1b[31m\u202e"
 YAML_TEXTS = {
     "deep list": "[" * 50_000,
@@ -31,25 +29,18 @@ YAML_TEXTS = {
 }
 
 
-def write(path: Path, topics: Topics, **notes: str) -> Path:
-    """Write {topic: (type, definition, payloads)} as ``some tool`` would; returns ``path``."""
+def typed(path: Path, text: str, payload: bytes = bytes(68), topic: str = "/truth", kind: str = "a/msg/A") -> Path:
+    """Write a bag with one topic of a type defined by ``text``."""
+    return in_one_file(path, [Sent(topic, kind, text.encode(), b"\0\1\0\0" + payload[4:])] * 3)
+
+
+def noted(path: Path, **notes: str) -> Path:
+    """Write a bag with nothing but notes."""
     with path.open("wb") as stream:
-        writer = Writer(stream, compression=CompressionType.ZSTD)
-        writer.start("ros2", "some tool")
-        if notes:
-            writer.add_metadata("quad", notes)
-        for name, (kind, text, payloads) in topics.items():
-            schema = writer.register_schema(kind, "ros2msg", text.encode())
-            channel = writer.register_channel(name, "cdr", schema)
-            for index, payload in enumerate(payloads):
-                writer.add_message(channel, index * 1000, payload, index)
+        writer = started(stream)
+        writer.add_metadata("quad", notes)
         writer.finish()
     return path
-
-
-def typed(path: Path, text: str, payload: bytes = bytes(4) + bytes(64), topic: str = "/truth") -> Path:
-    """Write a bag with one topic of the type a/A, defined by ``text``."""
-    return write(path, {topic: ("a/msg/A", text, [b"\0\1\0\0" + payload[4:]] * 3)})
 
 
 def chain(count: int, per_type: int) -> str:
@@ -63,47 +54,31 @@ def chain(count: int, per_type: int) -> str:
 
 
 def flight(
-    path: Path,
-    change: Callable[[Topics], None] = lambda _topics: None,
-    number: float | None = None,
-    of: str = "",
+    path: Path, change: Callable[[Sent], Sent] = lambda one: one, number: float | None = None, of: str = ""
 ) -> Path:
-    """Write a short flight: all numbers of the topics that end with ``of`` are ``number``, topics after ``change``."""
+    """Write a short flight: all numbers of topics that end with ``of`` are ``number``, messages after ``change``."""
     made = drawn_flights.tables(60)
     for topic, table in made.items():
         for name in table.dtype.names:
             if number is not None and topic.endswith(of) and table.dtype[name].base.kind == "f":
                 table[name] = number
-    topics: Topics = {}
-    for name, message in drawn_flights.messages(made):
-        kind = message.__msgtype__
-        payloads = topics.setdefault(name, (kind, flight_samples.definition(kind).text, []))[2]
-        payloads.append(flight_samples.encoded(message))
-    change(topics)
-    return write(path, topics)
+    return in_one_file(path, [change(sent(*message)) for message in drawn_flights.messages(made)])
 
 
-def other_type(topic: str) -> Callable[[Topics], None]:
+TIME = "=" * 80 + "\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"
+
+
+def other_type(topic: str) -> Callable[[Sent], Sent]:
     """Return a change that gives ``topic`` the type of a text."""
-
-    def change(topics: Topics) -> None:
-        payload = b"\0\1\0\0" + struct.pack("<iII", 1, 0, 6) + b"hello\0\0\0"
-        text = "builtin_interfaces/Time stamp\nstring data\n" + "=" * 80
-        text += "\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n"
-        topics[topic] = ("a/msg/A", text, [payload] * 5)
-
-    return change
+    text = f"builtin_interfaces/Time stamp\nstring data\n{TIME}".encode()
+    other = Sent(topic, "a/msg/A", text, b"\0\1\0\0" + struct.pack("<iII", 1, 0, 6) + b"hello\0\0\0")
+    return lambda one: other if one.topic == topic else one
 
 
-def stamped(seconds: int, nanoseconds: int) -> Callable[[Topics], None]:
+def stamped(seconds: int, nanoseconds: int) -> Callable[[Sent], Sent]:
     """Return a change that gives every second message one absurd stamp."""
-
-    def change(topics: Topics) -> None:
-        for name, (kind, text, payloads) in topics.items():
-            mad = struct.pack("<iI", seconds, nanoseconds)
-            topics[name] = (kind, text, [p[:4] + mad + p[12:] if n % 2 else p for n, p in enumerate(payloads)])
-
-    return change
+    mad, count = struct.pack("<iI", seconds, nanoseconds), iter(range(100_000))
+    return lambda one: one._replace(data=one.data[:4] + mad + one.data[12:]) if next(count) % 2 else one
 
 
 def bomb(path: Path, size: int, chunks: int, singly: bool = False) -> Path:
@@ -142,18 +117,16 @@ HOSTILE: dict[str, Callable[[Path], Path]] = {
     "field twice": lambda path: typed(path, "float64 x\nfloat64 x"),
     "field of the reader": lambda path: typed(
         path,
-        "builtin_interfaces/Time stamp\nfloat64 log_ns\nfloat64 stamp_ns\n" + "=" * 80
-        + "\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n",
-        bytes(4 + 24),
+        f"builtin_interfaces/Time stamp\nfloat64 log_ns\nfloat64 stamp_ns\n{TIME}", bytes(4 + 24),
     ),
-    "name of a type with escapes": lambda path: write(path, {"/truth": (f"a/msg/{ESCAPE}", "float64 x", [bytes(12)])}),
+    "name of a type with escapes": lambda path: typed(path, "float64 x", bytes(12), kind=f"a/msg/{ESCAPE}"),
     "topic with escapes": lambda path: typed(path, "float64 x", bytes(12), f"/{ESCAPE}\nok   forged"),
     "topic of 5000 letters": lambda path: typed(path, "float64 x", bytes(12), "/" + "a" * 5000),
     "topic that climbs": lambda path: typed(path, "float64 x", bytes(12), "/../../etc/x"),
-    "notes with escapes": lambda path: write(path, {}, outcome=f"{ESCAPE}\nok", seed="\x9b31m"),
+    "notes with escapes": lambda path: noted(path, outcome=f"{ESCAPE}\nok", seed="\x9b31m"),
     "bomb of 240 MB": lambda path: bomb(path, 60 << 20, 4),
     "bomb of 240 MB in single messages": lambda path: bomb(path, 60 << 20, 4, singly=True),
-    "empty": lambda path: write(path, {}),
+    "empty": lambda path: in_one_file(path, []),
     **{
         f"text on {topic}": lambda path, topic=topic: flight(path, other_type(topic))
         for topic in (
@@ -183,7 +156,6 @@ VERBS = {
     "export": ["--out", "csv"],
     "replay": [],
     "report": ["--out", "report"],
-    "view": ["--out", "view"],
 }
 
 

@@ -42,10 +42,7 @@ RELEASED = (0, "good", 2500, 5.0)
         ([PASSES], []),
         ([PASSES, LOST, LANDS], [("descend", "no good wrench", 1525, 3.05, 9.0)]),
         ([PASSES, LOST, RELEASED], [("descend", "no good wrench", 1525, 3.05, 5.0)]),
-        (
-            [LOST, KILLED],
-            [("descend", "no good wrench", 1525, 3.05, 4.0), ("kill", "no state at all", 2000, 4.0, 9.0)],
-        ),
+        ([LOST, KILLED], [("descend", "no good wrench", 1525, 3.05, 4.0), ("kill", "no state at all", 2000, 4.0, 9.0)]),
     ],
 )
 def test_every_time_in_which_the_guard_flew_is_found(rows, expected):
