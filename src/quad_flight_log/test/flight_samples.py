@@ -170,7 +170,10 @@ def write_bag(
         if pause_every and index % pause_every == pause_every - 1:
             time.sleep(0.12)
     if not close:
-        time.sleep(0.2)
+        while bag.backlog:
+            time.sleep(0.02)
+        with bag._lock:
+            bag._writer.flush()
         copy = directory.parent / f"{directory.name}_part"
         copy.mkdir()
         target = copy / f"{copy.name}_0.mcap.part"
