@@ -2,17 +2,7 @@
 
 import zlib
 
-from quad_core.cascade import (
-    ALL_ROLES,
-    COMMAND,
-    COMMANDER,
-    COMMANDING,
-    RELAY,
-    SHADOWS,
-    SIGNALS,
-    STAGES,
-    TRAJECTORY,
-)
+from quad_core.cascade import ALL_ROLES, COMMAND, COMMANDER, COMMANDING, RELAY, SHADOWS, SIGNALS, STAGES, TRAJECTORY
 from quad_core.enumerations import NodeState
 from quad_core.flight_parameters import FlightParameters
 from quad_msgs.msg import NodeStatus

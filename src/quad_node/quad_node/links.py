@@ -6,7 +6,8 @@ keeps nodes from being ready, in flight it is an event, and it is looked for onc
 
 import time
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
+from functools import partial
 from typing import Any
 
 from rclpy.duration import Duration
@@ -47,30 +48,40 @@ class Links:
         entry = topics.TOPICS[topic]
         if self._shadow:
             depth = max(depth, entry.history(self._lockstep))
-        qos, watched = entry.qos(depth, keep_all=self._lockstep), qos_events(self._warn, entry.name)
-        subscription = self._ros.create_subscription(
-            entry.type, entry.wire, callback, qos, raw=raw, event_callbacks=watched
-        )
+        qos = entry.qos(depth, keep_all=self._lockstep)
+        watched = SubscriptionEventCallbacks(incompatible_qos=partial(self._on_other_qos, entry.name))
+        heard = self._ros.create_subscription(entry.type, entry.wire, callback, qos, raw=raw, event_callbacks=watched)
         sources = [role for role in entry.publishers if role in self._roles]
         if entry.required and entry.exists(self._roles) and sources:
-            self.expect(entry.wire, subscription, " or ".join(sources))
-        return subscription
+            self.expect(entry.wire, heard, " or ".join(sources))
+        return heard
 
     def expect(self, topic: str, subscription: Subscription, role: str) -> None:
         """Have READY wait for one publisher of ``topic``, which is ``role``'s."""
         self._in[topic] = subscription, role
 
     def missing(self) -> list[str]:
-        """Return the topics that are not matched with all the nodes they need, and whose part that is."""
-        return missing(self._ros, self._out, self._in)
+        """Return the topics that are not matched with all the nodes they need, and whose part that is.
+
+        What is sent before both ends have matched may be lost, and the graph may know of a writer earlier: both ends
+        count what they have matched.
+        """
+        found = [
+            f"a reader of {publisher.topic_name} ({readers})"
+            for publisher, needed, readers in self._out
+            if publisher.get_subscription_count() < needed
+        ]
+        return found + self.unheard()
 
     def unheard(self) -> list[str]:
         """Return the topics whose publishers are missing, or are too many."""
-        return missing(self._ros, (), self._in)
+        sources = self._in.items()
+        found = [f"{name} of {role}" for name, (heard, role) in sources if not heard.get_publisher_count()]
+        return found + self.second_senders()
 
     def second_senders(self) -> list[str]:
         """Return one line per topic that two nodes send and one may."""
-        return described(second_senders(self._ros, self._in))
+        return second_senders(self._ros, self._in)
 
     def drain(self, patience: float) -> None:
         """Wait at most ``patience`` s until subscribers have what was sent."""
@@ -79,63 +90,22 @@ class Links:
         for publisher, _, _ in self._out:
             publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
 
-    def _warn(self, kind: str, text: str) -> None:
+    def _on_other_qos(self, topic: str, info: Any) -> None:
+        policy = qos_policy_name_from_kind(info.last_policy_kind).lower()
         if self.events is not None:
-            self.events.warn(kind, text)
+            self.events.warn("other_qos", f"{topic}: a publisher of other {policy}; nothing of it is received")
 
 
-def missing(
-    graph: Node,
-    out: Iterable[tuple[Publisher, int, str]],
-    sources: Mapping[str, tuple[Subscription, str]],
-) -> list[str]:
-    """Return the topics that are not matched with all the nodes they need, and whose part that is.
-
-    ``out``: (publisher, readers it needs, their roles); ``sources``: {topic: its subscription, roles that publish it}.
-    What is sent before both ends have matched may be lost, and the graph may know of a writer earlier: both ends count
-    what they have matched.
-    """
-    found = [
-        f"a reader of {publisher.topic_name} ({readers})"
-        for publisher, needed, readers in out
-        if publisher.get_subscription_count() < needed
-    ]
-    found += [
-        f"{name} of {role}" for name, (subscription, role) in sources.items() if not subscription.get_publisher_count()
-    ]
-    return found + described(second_senders(graph, sources))
-
-
-def second_senders(graph: Node, topics: Iterable[str]) -> dict[str, list[str]]:
-    """Return {topic: nodes that publish it} of those ``topics`` that have more than one publisher."""
-    found = {}
+def second_senders(graph: Node, topics: Iterable[str]) -> list[str]:
+    """Return one line for each of ``topics`` with more than one publisher; a node that publishes twice is said to."""
+    lines = []
     for topic in topics:
         # counting is all that a good flight pays for
-        if topic not in MANY_SENDERS and graph.count_publishers(topic) > 1:
-            names = [_full_name(info) for info in graph.get_publishers_info_by_topic(topic)]
-            if len(names) > 1:
-                found[topic] = sorted(names)
-    return found
-
-
-def described(found: Mapping[str, list[str]]) -> list[str]:
-    """Return one line per topic with a second sender; a node that publishes twice is said to."""
-    lines = []
-    for topic, names in found.items():
-        named = [name if count == 1 else f"{name} ({count} times)" for name, count in sorted(Counter(names).items())]
-        lines.append(f"one publisher of {topic}, there are {len(names)}: {', '.join(named)}")
+        if topic in MANY_SENDERS or graph.count_publishers(topic) < 2:
+            continue
+        infos = graph.get_publishers_info_by_topic(topic)
+        names = Counter(f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in infos)
+        if len(infos) > 1:
+            named = [name if count == 1 else f"{name} ({count} times)" for name, count in sorted(names.items())]
+            lines.append(f"one publisher of {topic}, there are {len(infos)}: {', '.join(named)}")
     return lines
-
-
-def qos_events(warn: Callable[[str, str], None], topic: str) -> SubscriptionEventCallbacks:
-    """Return what calls ``warn(kind, text)`` for a publisher of ``topic`` whose QoS does not fit."""
-
-    def on_other(info: Any) -> None:
-        policy = qos_policy_name_from_kind(info.last_policy_kind).lower()
-        warn("other_qos", f"{topic}: a publisher of other {policy}; nothing of it is received")
-
-    return SubscriptionEventCallbacks(incompatible_qos=on_other)
-
-
-def _full_name(info: Any) -> str:
-    return f"{info.node_namespace.rstrip('/')}/{info.node_name}"

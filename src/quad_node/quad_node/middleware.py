@@ -23,11 +23,7 @@ LAST_DOMAIN = 232  # Fast DDS ends the process beyond, with exit code 1
 
 # Values that ask for no more than this machine. rmw_fastrtps reads each as a wish for its own transports, shared memory
 # among them, and then ignores those of the profile; so they are removed.
-_THIS_MACHINE = {
-    TRANSPORTS: ("SHM",),
-    RANGE: ("LOCALHOST", "OFF"),
-    "ROS_LOCALHOST_ONLY": ("1",),
-}
+_THIS_MACHINE = {TRANSPORTS: ("SHM",), RANGE: ("LOCALHOST", "OFF"), "ROS_LOCALHOST_ONLY": ("1",)}
 _CHOICES = (*_THIS_MACHINE, "ROS_STATIC_PEERS", "ROS_DISCOVERY_SERVER", PROFILES, "FASTDDS_DEFAULT_PROFILES_FILE")
 
 

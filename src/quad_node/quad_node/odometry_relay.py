@@ -99,7 +99,7 @@ class OdometryRelay:
     def _unusable(self) -> str:
         """Return why the estimator whose messages are accepted cannot be flown with, empty if it can be."""
         if others := links.second_senders(self.node.ros, [self._topic]):
-            return links.described(others)[0]
+            return others[0]
         moves = self._standing.refusal(_AT_REST, self._topic) if self._standing is not None else ""
         return self.estimator.refusal() or moves
 

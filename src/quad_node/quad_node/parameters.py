@@ -5,13 +5,7 @@ from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
-from rcl_interfaces.msg import (
-    FloatingPointRange,
-    IntegerRange,
-    ParameterDescriptor,
-    ParameterType,
-    SetParametersResult,
-)
+from rcl_interfaces import msg
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.utilities import remove_ros_args
@@ -67,16 +61,16 @@ def declare(node: Node, resolved: Resolved) -> None:
         node.declare_parameter(field.name, field.default, descriptor(field), ignore_override=True)
 
 
-def descriptor(field: Field) -> ParameterDescriptor:
+def descriptor(field: Field) -> msg.ParameterDescriptor:
     """Return the ROS descriptor of one parameter; a fresh object, because rclpy keeps and changes it."""
     spec = field.spec
     unit = f" [{spec.unit}]" if isinstance(spec, Real | Whole) and spec.unit else ""
     source = f" ({spec.source})" if spec.source else ""
-    found = ParameterDescriptor(description=spec.meaning + unit + source, read_only=not field.live)
+    found = msg.ParameterDescriptor(description=spec.meaning + unit + source, read_only=not field.live)
     if isinstance(spec, Real):
-        found.floating_point_range = [FloatingPointRange(from_value=spec.low, to_value=spec.high, step=0.0)]
+        found.floating_point_range = [msg.FloatingPointRange(from_value=spec.low, to_value=spec.high, step=0.0)]
     elif isinstance(spec, Whole):
-        found.integer_range = [IntegerRange(from_value=spec.low, to_value=spec.high, step=0)]
+        found.integer_range = [msg.IntegerRange(from_value=spec.low, to_value=spec.high, step=0)]
     elif isinstance(spec, Choice):
         found.additional_constraints = "one of " + ", ".join(spec.options)
     return found
@@ -88,15 +82,15 @@ def on_change(node: Node, role: str, commit: Callable[[Resolved, dict[str, Value
     What ``commit`` publishes therefore is what the node runs with.
     """
 
-    def check(parameters: list[Parameter]) -> SetParametersResult:
+    def check(parameters: list[Parameter]) -> msg.SetParametersResult:
         changes = {item.name: item.value for item in parameters if not is_of_ros(item.name)}
-        if any(item.type_ == ParameterType.PARAMETER_NOT_SET for item in parameters):
-            return SetParametersResult(successful=False, reason="a parameter cannot be removed")
+        if any(item.type_ == msg.ParameterType.PARAMETER_NOT_SET for item in parameters):
+            return msg.SetParametersResult(successful=False, reason="a parameter cannot be removed")
         try:
             resolve(role, {**current_values(node), **changes})
         except (ParameterError, PluginError) as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
+            return msg.SetParametersResult(successful=False, reason=str(error))
+        return msg.SetParametersResult(successful=True)
 
     def accept(parameters: list[Parameter]) -> None:
         changes = {item.name: item.value for item in parameters if not is_of_ros(item.name)}
@@ -109,9 +103,7 @@ def on_change(node: Node, role: str, commit: Callable[[Resolved, dict[str, Value
 
 def current_values(node: Node) -> dict[str, Value]:
     """Return {name: value} of all declared parameters of ours."""
-    return {
-        name: parameter.value for name, parameter in node.get_parameters_by_prefix("").items() if not is_of_ros(name)
-    }
+    return {name: found.value for name, found in node.get_parameters_by_prefix("").items() if not is_of_ros(name)}
 
 
 def fail(role: str, message: str) -> int:

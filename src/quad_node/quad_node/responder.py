@@ -262,9 +262,8 @@ class Responder:
         step, stamp, last, events = stamped.step, stamped.stamp_ns, self._states.last, self.node.events
         if not self._states.allows(step):
             if self._states.is_far_ahead(step):
-                events.reject(
-                    "state", f"step {step}, more than {LARGEST_GAP:g} s after {last}", stamp, "rejected_future"
-                )
+                text = f"step {step}, more than {LARGEST_GAP:g} s after {last}"
+                events.reject("state", text, stamp, "rejected_future")
             return False
         if abs(stamp - step * self._period) > LARGEST_GAP * NANOSECONDS:
             events.reject("state", f"stamp {stamp} ns is not that of step {step}", stamp, "rejected_stamp")

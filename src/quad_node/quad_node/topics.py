@@ -13,18 +13,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState
 
-from quad_core.cascade import (
-    COMMANDER,
-    RECORDER,
-    RELAY,
-    SHADOW,
-    SHADOWS,
-    SIGNALS,
-    SIMULATOR,
-    STAGES,
-    TRAJECTORY,
-    Signal,
-)
+from quad_core.cascade import COMMANDER, RECORDER, RELAY, SHADOW, SIGNALS, SIMULATOR, STAGES, TRAJECTORY, Signal
 from quad_core.roles import Stage
 from quad_core.types import Wrench
 from quad_msgs.msg import (
@@ -157,7 +146,7 @@ def _shadow_topics(stage: Stage) -> tuple[Topic, Topic]:
 
 _STAGES = tuple(stage.role for stage in STAGES)
 _ALL = (SIMULATOR, TRAJECTORY, *_STAGES, RECORDER)
-_LISTENERS = (TRAJECTORY, *_STAGES, *SHADOWS, RECORDER, RELAY, COMMANDER)
+_LISTENERS = (TRAJECTORY, *_STAGES, *(SHADOW + role for role in _STAGES), RECORDER, RELAY, COMMANDER)
 
 TOPICS = {
     topic.name: topic
@@ -172,14 +161,7 @@ TOPICS = {
         Topic("flight/autopilot", AutopilotStatus, (SIMULATOR,), (COMMANDER, RECORDER), latched=True),
         Topic("flight/nodes", NodeStatus, _ALL, (SIMULATOR, COMMANDER, RECORDER), latched=True, required=True),
         Topic("flight/request", FlightRequest, (SIMULATOR,), (COMMANDER, RECORDER), only_with=COMMANDER),
-        Topic(
-            "battery_state",
-            BatteryState,
-            (SIMULATOR,),
-            (COMMANDER, RECORDER),
-            only_with=COMMANDER,
-            foreign=True,
-        ),
+        Topic("battery_state", BatteryState, (SIMULATOR,), (COMMANDER, RECORDER), only_with=COMMANDER, foreign=True),
         Topic("flight/parameters", NodeParameters, _ALL, (RECORDER,), latched=True),
         Topic("flight/events", FlightEvent, _ALL, (RECORDER,)),
         Topic("flight/recorded", RecorderAck, (RECORDER,), (SIMULATOR,), required=True),

@@ -57,9 +57,8 @@ class VehicleGuard:
         inputs = guard.Inputs(step, self._period, command, sample, request)
         flown, self.memory, report = guard.step(self.parameters, self._node.vehicle, self.memory, inputs, self._dt)
         # a sensor slower than the plant repeats itself rightly
-        is_slow = (
-            report.state_refusal == StateRefusal.FROZEN and report.status.state_age <= self.parameters.state.warn_age
-        )
+        is_frozen = report.state_refusal == StateRefusal.FROZEN
+        is_slow = is_frozen and report.status.state_age <= self.parameters.state.warn_age
         if report.state_refusal != StateRefusal.ACCEPTED and not is_slow:
             self._tell_refusal(step, f"state: {STATE_REFUSALS[report.state_refusal]}")
         if report.command_refusal != CommandRefusal.ACCEPTED:

@@ -23,11 +23,8 @@ BEGUN = FlightState(state=FlightState.FLYING)
 
 def odometry(q, v_b=(0.0, 0.0, 0.0), scale=1.0):
     message = Odometry()
-    orientation, linear, angular = (
-        message.pose.pose.orientation,
-        message.twist.twist.linear,
-        message.twist.twist.angular,
-    )
+    orientation, twist = message.pose.pose.orientation, message.twist.twist
+    linear, angular = twist.linear, twist.angular
     orientation.x, orientation.y, orientation.z, orientation.w = (float(scale * part) for part in q)
     message.pose.pose.position.x, message.pose.pose.position.z = 1.5, -2.0
     linear.x, linear.y, linear.z = map(float, v_b)
@@ -99,14 +96,11 @@ def test_before_the_flight_nothing_is_sent_and_in_it_steps_on_the_grid(relay):
     assert relay._measured()["swapped_samples"] == 1
 
 
-@pytest.mark.parametrize(
-    ("changes", "why"),
-    [
-        ({"frame": "odom"}, "est/odom: frame 'odom', expected 'map'"),
-        ({"child": "imu"}, "est/odom: frame 'imu', expected 'base_link'"),
-        ({"q": (0.0, 0.0, 0.0, 0.0)}, "est/odom: a quaternion that is not of length 1"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "why"), [
+    ({"frame": "odom"}, "est/odom: frame 'odom', expected 'map'"),
+    ({"child": "imu"}, "est/odom: frame 'imu', expected 'base_link'"),
+    ({"q": (0.0, 0.0, 0.0, 0.0)}, "est/odom: a quaternion that is not of length 1"),
+])  # fmt: skip
 def test_what_cannot_be_used_is_named_and_after_five_seconds_the_end(relay, changes, why):
     relay.step(message_at(0, **changes))
     assert relay.said == [("rejected_odometry", f"{why}; message ignored")]
@@ -230,16 +224,11 @@ def test_an_estimator_whose_z_points_down_ends_at_lift_off(relay):
     for step in range(1, 100):
         message = odometry((0.0, 0.0, 0.0, 1.0), (0.0, 0.0, -1.0))
         message.pose.pose.position.z -= 0.002 * step
-        message.header.stamp.nanosec, message.header.frame_id, message.child_frame_id = (
-            2_000_000 * step,
-            "map",
-            "base_link",
-        )
+        message.header.frame_id, message.child_frame_id = "map", "base_link"
+        message.header.stamp.nanosec = 2_000_000 * step
         relay.step(message)
-    assert (
-        "estimator_sinks",
-        "est/odom: sinks at lift-off, found -1.0 m/s: expected a z axis that points up",
-    ) in relay.said
+    text = "est/odom: sinks at lift-off, found -1.0 m/s: expected a z axis that points up"
+    assert ("estimator_sinks", text) in relay.said
     assert relay.node.exit_code == 1
     assert len(relay.sent) < 60
 
