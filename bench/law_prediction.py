@@ -16,7 +16,7 @@ from typing import Any
 
 from quad_core.cascade import STAGE
 from quad_core.geometry import ZERO, add, rotated_by_vector, scale
-from quad_core.law import law_of
+from quad_core.plugins import law_of
 from quad_core.prediction import Shown, ahead, angular_acceleration, held_for, modelled_acceleration, with_prediction
 from quad_core.types import VehicleState
 from quad_flight.flight import fly, from_names

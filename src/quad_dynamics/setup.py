@@ -16,7 +16,7 @@ setup(
     extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": [
-            "check_plant = quad_dynamics.check_plant.node:main",
+            "check_plant = quad_dynamics.check_plant:main",
             "simulator = quad_dynamics.node:main",
         ],
         "quad.plant": [

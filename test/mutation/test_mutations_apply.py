@@ -119,16 +119,13 @@ def test_tests_that_find_no_end_have_noticed_nothing(tmp_path):
     assert done.stdout.splitlines()[-1] == "False True True False"
 
 
-@pytest.mark.parametrize(
-    ("function", "old", "new", "complaint"),
-    [
-        ("pkg.mod.volume", "a * b", "a + b", "0 functions"),
-        ("pkg.mod.area", "a / b", "a + b", "0 times"),
-        ("pkg.mod.area", "a", "c", "times"),
-        ("pkg.mod.area", "a * b", "a *", "not Python"),
-        ("pkg.mod.area", "a * b", "a  *  b", "changes nothing"),
-    ],
-)
+@pytest.mark.parametrize(("function", "old", "new", "complaint"), [
+    ("pkg.mod.volume", "a * b", "a + b", "0 functions"),
+    ("pkg.mod.area", "a / b", "a + b", "0 times"),
+    ("pkg.mod.area", "a", "c", "times"),
+    ("pkg.mod.area", "a * b", "a *", "not Python"),
+    ("pkg.mod.area", "a * b", "a  *  b", "changes nothing"),
+])  # fmt: skip
 def test_a_mutation_that_does_not_fit_is_refused(function, old, new, complaint):
     with pytest.raises(MutationError, match=complaint):
         mutated(SOURCE, Mutation("eq. 0", function, old, new))

@@ -201,9 +201,8 @@ class AutopilotFlight:
 
     def within_thrust_range(self, newtons: float) -> float:
         """Return the thrust in N that may go to the autopilot for one of ``newtons``."""
-        state, vehicle = self.state, self.node.vehicle
-        low = state is None or state.p_w.z - state.ground_z <= self.leader.guard.parameters.contact.stop_height
-        return within_thrust_range(self.limits, vehicle.mass * vehicle.gravity, newtons, low)
+        height = self.state.p_w.z - self.state.ground_z if self.state else 0.0
+        return within_thrust_range(self.leader.guard.parameters, self.node.vehicle, newtons, height)
 
     def _note_reset(self, jump: odometry.Jump) -> bool:
         """Report a jump of the estimate; return whether it is a shift that the guard need not doubt."""

@@ -149,12 +149,7 @@ def _parser() -> argparse.ArgumentParser:
         ("--own", "NODE=COMMAND", "start COMMAND in place of a node, with the flight's --ros-args", several),
         ("--vehicle-interface", "NAME=FILE", "px4, joined, mavlink, crazyflie: its bridge flies", {}),
         ("--out", "DIR", "the bag's directory (default: flights/CASE-SEED-N)", {"type": Path}),
-        (
-            "--set",
-            "NODE.PARAM=VALUE",
-            "may be repeated, as --limits, --own and --shadow",
-            {**several, "dest": "settings"},
-        ),
+        ("--set", "NODE.PARAM=VALUE", "repeatable, as --limits, --own and --shadow", {**several, "dest": "settings"}),
         ("--limits", "FILE|METRIC=VALUE", "limits of the verdict (default: limits/<start>.yaml)", {"action": "append"}),
         ("--namespace", "NAME", "namespace of the vehicle", {"default": ""}),
         ("--domain", "N", "ROS domain (default: one that no other flight uses)", {"type": int}),

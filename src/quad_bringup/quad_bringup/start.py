@@ -10,7 +10,7 @@ from types import FrameType
 
 from ament_index_python import get_resources
 
-from quad_core.signals import ending
+from quad_core.command_line import ending
 
 FAILED, BAD_SETUP = 1, 2
 RMW = "RMW_IMPLEMENTATION"

@@ -46,10 +46,7 @@ STEPS = {
     BENCH: Step(StepLimits(most_thrust=0.3), "takeoff:0.3,hold:25,land"),
     "hop": Step(within(10.0, 0.5, 1.0, 0.2), "takeoff:0.5,hold:5,land"),
     "hover": Step(within(15.0, 1.0, 2.0, 0.3), "takeoff:1,hold:30,land"),
-    "box": Step(
-        within(20.0, 2.0, 3.0, 0.5),
-        "takeoff:1.5,goto:1 0 1.5,goto:1 1 1.5,goto:0 1 1.5,goto:0 0 1.5,land",
-    ),
+    "box": Step(within(20.0, 2.0, 3.0, 0.5), "takeoff:1.5,goto:1 0 1.5,goto:1 1 1.5,goto:0 1 1.5,goto:0 0 1.5,land"),
     "full": Step(StepLimits(tilt=math.radians(35.0), speed=5.0)),
 }
 """In the order in which they open. On the bench the propellers are off, and no thrust could lift the vehicle."""

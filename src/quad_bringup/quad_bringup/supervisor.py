@@ -10,9 +10,9 @@ from typing import NamedTuple
 from quad_bringup.processes import Processes, describe_exit, signal_name
 from quad_bringup.terminal import complain
 from quad_core.cascade import COMMANDER, RECORDER, SHADOWS, SIMULATOR, VEHICLE_INTERFACES
+from quad_core.command_line import ONE_REQUEST, ending, repeats
 from quad_core.enumerations import FlightClock
 from quad_core.resolution import Resolved
-from quad_core.signals import ONE_REQUEST, ending, repeats
 from quad_msgs.msg import FlightState
 from quad_node.watch import ENDED, FLYING, WAITING, FlightWatch, is_over
 

@@ -199,9 +199,8 @@ class CommanderCore:
             answer = f"refused: {refusal}" if refusal else "done"
             news.append((kind, f"{asked.request.name} of {asked.sender}: {answer}"))
         if decision.changed or (decision.answer == Answer.DONE and asked.place):
-            self._text = modes.reason_text(
-                self._parameters.modes, mode, decision.reason, self._last.sender, seen.guard.reason
-            )
+            limits, asker = self._parameters.modes, self._last.sender
+            self._text = modes.reason_text(limits, mode, decision.reason, asker, seen.guard.reason)
         if decision.changed:
             if mode == Mode.DISARMED and before.mode == Mode.ARMING:
                 self._gave_up = True

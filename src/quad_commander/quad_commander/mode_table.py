@@ -51,8 +51,8 @@ class Row(NamedTuple):
     condition: Condition
     text: str
     then: Mode
-    lasts: bool = False
     only: tuple[Mode, ...] = ()
+    lasts: bool = False
     on_ground: Mode = Mode.DISARMED
     publisher: str = ""
 
@@ -89,28 +89,18 @@ def severity(mode: Mode) -> int:
 
 
 _LATE = "mission reference older than {reference_late:g} s"
+_STALE = "attitude setpoint older than {setpoint_lost:g} s"
 _LOST = "mission reference older than {reference_lost:g} s, also while holding for it"
 
 FAULTS = (
-    Row(Condition.REFERENCE_LATE, _LATE, Mode.HOLD, False, (Mode.MISSION,), Mode.ARMING, TRAJECTORY),
-    Row(Condition.REFERENCE_LOST, _LOST, Mode.LAND, False, (Mode.MISSION, Mode.HOLD), Mode.ARMING, TRAJECTORY),
-    Row(
-        Condition.SETPOINT_LOST,
-        "attitude setpoint older than {setpoint_lost:g} s",
-        Mode.DESCEND,
-        only=BY_REFERENCE,
-        publisher=POSITION,
-    ),
+    Row(Condition.REFERENCE_LATE, _LATE, Mode.HOLD, (Mode.MISSION,), False, Mode.ARMING, TRAJECTORY),
+    Row(Condition.REFERENCE_LOST, _LOST, Mode.LAND, (Mode.MISSION, Mode.HOLD), False, Mode.ARMING, TRAJECTORY),
+    Row(Condition.SETPOINT_LOST, _STALE, Mode.DESCEND, BY_REFERENCE, publisher=POSITION),
     Row(Condition.STATE_LOST, "state older than {state_lost:g} s", Mode.DESCEND),
     Row(Condition.STATE_REFUSED, "many states refused, position good", Mode.LAND),
     Row(Condition.POSITION_LOST, "position cannot be trusted", Mode.DESCEND),
-    Row(Condition.POSITION_ERROR, "position error above {position_error:g} m", Mode.LAND, only=BY_REFERENCE),
-    Row(
-        Condition.LARGE_POSITION_ERROR,
-        "position error above {large_position_error:g} m",
-        Mode.DESCEND,
-        only=BY_REFERENCE,
-    ),
+    Row(Condition.POSITION_ERROR, "position error above {position_error:g} m", Mode.LAND, BY_REFERENCE),
+    Row(Condition.LARGE_POSITION_ERROR, "position error above {large_position_error:g} m", Mode.DESCEND, BY_REFERENCE),
     Row(Condition.FENCE, "outside the fence", Mode.LAND),
     Row(Condition.BATTERY_LOW, "battery below {battery_low:.0%}", Mode.LAND, lasts=True),
     Row(Condition.ESTIMATOR_RESET, "estimator reset", Mode.HOLD),

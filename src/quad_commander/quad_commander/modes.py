@@ -100,12 +100,10 @@ class Decision(NamedTuple):
     guard_request: int
 
 
-def step(
-    parameters: ModeParameters, memory: Memory, seen: Inputs, request: Request, dt: float
-) -> tuple[Decision, Memory]:
+def step(limits: ModeParameters, memory: Memory, seen: Inputs, request: Request, dt: float) -> tuple[Decision, Memory]:
     """Return the decision of one step of ``dt`` s and the next memory."""
     memory = memory._replace(time=memory.time + dt, release=max(memory.release - dt, 0.0))
-    raised = memory.lasting | conditions(parameters, memory, seen)
+    raised = memory.lasting | conditions(limits, memory, seen)
     mode, reason = memory.mode, memory.reason
     for here, achieved, then, _ in PROGRESS:
         if here == mode and achieved in raised:
@@ -127,7 +125,7 @@ def step(
     by_reference = mode in BY_REFERENCE
     release = memory.release if by_reference else 0.0
     if memory.mode == Mode.DESCEND and by_reference:
-        release = parameters.release_time
+        release = limits.release_time
     after = Memory(
         mode,
         reason,
@@ -140,9 +138,9 @@ def step(
     return Decision(mode, reason, changed, raised, answer, blocked_by, guard_request(mode, release)), after
 
 
-def conditions(parameters: ModeParameters, memory: Memory, seen: Inputs) -> Set[Condition]:
+def conditions(limits: ModeParameters, memory: Memory, seen: Inputs) -> Set[Condition]:
     """Return what is raised now."""
-    limits, mode, report = parameters, memory.mode, seen.guard
+    mode, report = memory.mode, seen.guard
     waits = mode == Mode.MISSION or memory.in_mission
     # once it descends on request the guard's mode says nothing new: what is wrong now does
     wrong = report.condition not in (GuardReason.GOOD, GuardReason.REQUESTED)

@@ -247,9 +247,8 @@ class Commander:
 
     def _on_event(self, message: FlightEvent) -> None:
         """Note that the estimate jumped, as the relay or a bridge in this namespace says."""
-        self._estimator_reset |= message.kind == "estimator_reset" and message.node.startswith(
-            self.node.ros.get_namespace()
-        )
+        is_ours = message.node.startswith(self.node.ros.get_namespace())
+        self._estimator_reset |= is_ours and message.kind == "estimator_reset"
 
     def _on_autopilot(self, message: AutopilotStatus) -> None:
         if not self.node.is_foreign("flight/autopilot", message.run):
@@ -277,9 +276,7 @@ class Commander:
         if 0.0 <= share <= 1.0:
             self._battery = share
         elif not math.isnan(share):  # a driver that does not know it says so
-            self._bad_battery = (
-                f"battery_state: found percentage {share:g}, expected 0 to 1, or NaN where it is unknown"
-            )
+            self._bad_battery = f"battery_state: found percentage {share:g}, expected 0 to 1, or NaN if it is unknown"
             self.node.events.warn("bad_battery", f"{self._bad_battery}; message ignored")
 
     def _on_plan(self, message: FlightPlan) -> None:

@@ -1,5 +1,6 @@
 """The parameters of the commander's node; the conditions: ``docs/reference/modes.md``."""
 
+import math
 from typing import Annotated, NamedTuple
 
 from quad_core.parameters import Flag, Real, Text, Whole
@@ -10,12 +11,8 @@ from quad_core.types import Vec3
 class ModeParameters(NamedTuple):
     """When a condition is raised. All are fixed before a flight."""
 
-    reference_late: Annotated[
-        float, Real("s", "age of the mission reference: above it, HOLD", 0.001, 100.0, "MRS, PX4 offboardCheck")
-    ] = 0.2
-    reference_lost: Annotated[
-        float, Real("s", "age of the mission reference: above it, LAND", 0.001, 100.0, "MRS, PX4 offboardCheck")
-    ] = 2.0
+    reference_late: Annotated[float, Real("s", "age of the mission reference: HOLD", 0.001, 100.0, "MRS, PX4")] = 0.2
+    reference_lost: Annotated[float, Real("s", "age of the mission reference: LAND", 0.001, 100.0, "MRS, PX4")] = 2.0
     setpoint_lost: Annotated[float, Real("s", "age of the setpoint: DESCEND above", 0.001, 100.0, "ArduPilot")] = 0.3
     state_lost: Annotated[float, Real("s", "age of the state: above it, DESCEND", 0.001, 100.0, "MRS")] = 0.1
     position_error: Annotated[float, Real("m", "position error: above it, LAND", 0.01, 1000.0, "MRS")] = 1.5
@@ -23,23 +20,11 @@ class ModeParameters(NamedTuple):
     battery_low: Annotated[float, Real("", "share of a full battery: below it, LAND", 0.0, 1.0)] = 0.2
     overruns: Annotated[float, Real("", "share of late cycles in 1 s: above it, HOLD", 0.0, 1.0, "ros2_control")] = 0.05
     land_without_recorder: Annotated[bool, Flag("a lost recorder lands the vehicle; else it is an event only")] = False
-    arming_late: Annotated[
-        float,
-        Real(
-            "s",
-            "time armed without take-off: after it, DISARMED; so long a take-off of a mission may be refused",
-            0.1,
-            1000.0,
-            "PX4 COM_DISARM_PRFLT",
-        ),
-    ] = 10.0
-    spool_up: Annotated[
-        float, Real("s", "least time between arming and take-off", 0.0, 100.0, "PX4 COM_SPOOLUP_TIME")
-    ] = 1.0
+    # so long the take-off of a mission may be refused, too
+    arming_late: Annotated[float, Real("s", "armed without take-off: DISARMED", 0.1, 1000.0, "COM_DISARM_PRFLT")] = 10.0
+    spool_up: Annotated[float, Real("s", "least time from arming to take-off", 0.0, 100.0, "COM_SPOOLUP_TIME")] = 1.0
     takeoff_late: Annotated[float, Real("s", "longest take-off; after it the mode is LAND", 0.1, 1000.0)] = 30.0
-    landing_late: Annotated[
-        float, Real("s", "time without contact after the landing's reference ended: then DESCEND", 0.1, 1000.0)
-    ] = 5.0
+    landing_late: Annotated[float, Real("s", "time without contact after a landing: then DESCEND", 0.1, 1000.0)] = 5.0
     release_time: Annotated[float, Real("s", "time for the guard to give back control on request", 0.01, 10.0)] = 0.5
 
 
@@ -47,10 +32,8 @@ class ArmingLimits(NamedTuple):
     """What must hold before a flight; defaults are those of ``docs/explanation/safety.md``."""
 
     rate_tolerance: Annotated[float, Real("", "a stream may be off its announced rate by this share", 0.0, 1.0)] = 0.2
-    spacing_factor: Annotated[
-        float, Real("", "largest factor between true and announced spacing of states", 1.0, 10.0)
-    ] = 2.0
-    tilt: Annotated[float, Real("rad", "largest tilt on the ground", 0.01, 1.5)] = 0.2617993877991494
+    spacing_factor: Annotated[float, Real("", "largest factor between true and announced spacing", 1.0, 10.0)] = 2.0
+    tilt: Annotated[float, Real("rad", "largest tilt on the ground", 0.01, 1.5)] = math.radians(15.0)
     speed: Annotated[float, Real("m/s", "speed, reported and by position, below which it rests", 0.001, 10.0)] = 0.1
     rate: Annotated[float, Real("rad/s", "body rate below which it rests", 0.001, 10.0)] = 0.1
     battery: Annotated[float, Real("", "least share of a full battery for arming", 0.0, 1.0)] = 0.3
@@ -100,12 +83,8 @@ class ReferenceLimits(NamedTuple):
     climb: AxisLimits = AxisLimits(1.0, 1.5, 5.0)
     landing: AxisLimits = AxisLimits(0.7, 1.5, 5.0)
     yaw: AxisLimits = AxisLimits(1.0, 2.0, 8.0)
-    landing_depth: Annotated[
-        float,
-        Real(
-            "m", "the landing reference ends this far below the ground, so that thrust drops after touchdown", 0.0, 10.0
-        ),
-    ] = 0.5
+    # so that thrust drops after touchdown
+    landing_depth: Annotated[float, Real("m", "the landing's reference ends so far below the ground", 0.0, 10.0)] = 0.5
 
 
 class CommanderParameters(NamedTuple):
@@ -115,15 +94,9 @@ class CommanderParameters(NamedTuple):
     mission: Annotated[
         str, Text("takeoff[:height], a trajectory, hold:seconds, goto:x y z [yaw], land; empty: wait for requests")
     ] = ""
-    takeoff_height: Annotated[
-        float, Real("m", "height above the ground of a take-off without a height", 0.1, 1000.0)
-    ] = 1.5
-    wait_limit: Annotated[float, Real("s", "longest wait of a mission in HOLD after a fault; then LAND", 1.0, 1e6)] = (
-        60.0
-    )
-    give_up: Annotated[
-        float, Real("s", "lockstep: wall-clock time after which a missing mission reference is lost", 0.1, 60.0)
-    ] = 1.0
+    takeoff_height: Annotated[float, Real("m", "height of a take-off that names none", 0.1, 1000.0)] = 1.5
+    wait_limit: Annotated[float, Real("s", "longest wait of a mission in HOLD after a fault; LAND", 1.0, 1e6)] = 60.0
+    give_up: Annotated[float, Real("s", "lockstep: wall clock until a mission reference is lost", 0.1, 60.0)] = 1.0
     modes: ModeParameters = ModeParameters()
     arming: ArmingLimits = ArmingLimits()
     fence: Fence = Fence()

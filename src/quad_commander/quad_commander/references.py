@@ -87,9 +87,7 @@ def plan_hand_over(limits: ReferenceLimits, current: TrajectoryPoint, mission: T
     pairs = zip(motions(current), motions(mission), strict=True)
     offsets = [AxisPoint(here.p - there.p, here.v - there.v, here.a - there.a, 0.0, 0.0) for here, there in pairs]
     offsets[3] = offsets[3]._replace(p=wrap_angle(offsets[3].p))
-    return _together(
-        tuple(moved(bound, stopped(bound, offset), 0.0) for bound, offset in zip(each, offsets, strict=True))
-    )
+    return _together(tuple(moved(bound, stopped(bound, way), 0.0) for bound, way in zip(each, offsets, strict=True)))
 
 
 def handed_over(plan: ReferencePlan, time: float, mission: TrajectoryPoint) -> TrajectoryPoint:

@@ -12,15 +12,9 @@ the loop without ROS, the log, the replay and the processes of ``fly``. Rows com
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from quad_core import plugins, roles
-from quad_core.law import Wrapper
+from quad_core import node_parameters, plugins, roles
 from quad_core.lift_off import with_lift_off
-from quad_core.node_parameters import (
-    OdometryRelayParameters,
-    RecorderParameters,
-    SimulatorParameters,
-    TrajectoryParameters,
-)
+from quad_core.plugins import Wrapper
 from quad_core.prediction import with_prediction
 from quad_core.roles import PLANT_SLOTS, Role, Stage, VehicleInterface
 from quad_core.types import Actuation, Disturbance, FlightMode, TrajectoryPoint, VehicleState
@@ -68,7 +62,7 @@ class Signal(NamedTuple):
 
 
 _STAGES = tuple(stage.role for stage in STAGES)
-_WATCHED = {POSITION: (COMMANDER,), COMMANDING: (SIMULATOR, COMMANDER)}
+_HEARD = {POSITION: (COMMANDER,), COMMANDING: (SIMULATOR, COMMANDER)}
 """{stage: roles that read its output in addition to other stages}."""
 
 SIGNALS = {
@@ -99,9 +93,7 @@ SIGNALS = {
             only_with=COMMANDER,
         ),
         *(
-            Signal(
-                stage.output, stage.output_type, stage.role, stage.paper, _WATCHED.get(stage.role, ()), required=True
-            )
+            Signal(stage.output, stage.output_type, stage.role, stage.paper, _HEARD.get(stage.role, ()), required=True)
             for stage in STAGES
         ),
         *(Signal(stage.internals_topic, stage.internals, stage.role, stage.paper) for stage in STAGES),
@@ -111,14 +103,15 @@ SIGNALS = {
 
 
 ROLES = {
-    SIMULATOR: Role("quad_dynamics", SimulatorParameters, PLANT_SLOTS),
-    TRAJECTORY: Role("quad_trajectory", TrajectoryParameters, {"trajectory": plugins.TRAJECTORY}),
+    SIMULATOR: Role("quad_dynamics", node_parameters.SimulatorParameters, PLANT_SLOTS),
+    TRAJECTORY: Role("quad_trajectory", node_parameters.TrajectoryParameters, {"trajectory": plugins.TRAJECTORY}),
     **{stage.role: Role(stage.package, stage.parameters, {"law": stage.group}) for stage in STAGES},
-    RECORDER: Role("quad_flight_log", RecorderParameters, {}),
+    RECORDER: Role("quad_flight_log", node_parameters.RecorderParameters, {}),
 }
 """The nodes of a flight."""
 
-OPTIONAL_NODES = {RELAY: Role("quad_node", OdometryRelayParameters, {}), **roles.registered(roles.NODES, Role)}
+_RELAY = Role("quad_node", node_parameters.OdometryRelayParameters, {})
+OPTIONAL_NODES = {RELAY: _RELAY, **roles.registered(roles.NODES, Role)}
 """Optional nodes; named in ``flight.roles`` they take part in the handshake."""
 
 VEHICLE_INTERFACES = roles.registered(roles.VEHICLES, VehicleInterface)

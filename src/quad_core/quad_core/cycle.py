@@ -8,13 +8,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from quad_core.geometry import dot
-from quad_core.types import (
-    Conditions,
-    Disturbance,
-    PositionInternals,
-    Vec3,
-    VehicleState,
-)
+from quad_core.types import Conditions, Disturbance, PositionInternals, Vec3, VehicleState
 
 
 def seconds(steps: int, plant_period: int) -> float:

@@ -3,6 +3,7 @@
 None can change in flight: a limit cannot be widened while it protects something.
 """
 
+import math
 from typing import Annotated, NamedTuple
 
 from quad_core.parameters import Flag, Real
@@ -21,9 +22,7 @@ class StateLimits(NamedTuple):
 
     ahead: Annotated[float, Real("s", "a sample so far ahead of the vehicle's time is refused", 0.0, 10.0, "MRS")] = 0.5
     position_jump: Annotated[float, Real("m", "a sample this far off its prediction is refused", 0.01, 1e4)] = 1.0
-    attitude_jump: Annotated[float, Real("rad", "a sample this far off its prediction is refused", 0.01, 3.2)] = (
-        0.3490658503988659
-    )
+    attitude_jump: Annotated[float, Real("rad", "a sample this far off is refused", 0.01, 3.2)] = math.radians(20.0)
     warn_age: Annotated[float, Real("s", "age of the accepted sample: thrust passes, torque not", 0.001, 10.0)] = 0.05
     lost_age: Annotated[float, Real("s", "age of the accepted sample: the backup law flies", 0.001, 10.0, "MRS")] = 0.1
     blind_age: Annotated[float, Real("s", "age of sample and body rate: it falls, and brakes late", 0.001, 100.0)] = 0.1
@@ -33,11 +32,9 @@ class StateLimits(NamedTuple):
 class TiltLimits(NamedTuple):
     """How far the vehicle may lean, how long, and where motors off is the lesser evil."""
 
-    large: Annotated[float, Real("rad", "tilt above which large_time counts", 0.1, 3.2, "PX4 FailureDetector")] = (
-        1.0471975511965976
-    )
+    large: Annotated[float, Real("rad", "tilt above which large_time counts", 0.1, 3.2, "PX4")] = math.radians(60.0)
     large_time: Annotated[float, Real("s", "time above tilt.large until the backup law flies", 0.0, 100.0, "PX4")] = 0.3
-    extreme: Annotated[float, Real("rad", "tilt above which extreme_time counts", 0.1, 3.2, "MRS")] = 1.3089969389957472
+    extreme: Annotated[float, Real("rad", "tilt above which extreme_time counts", 0.1, 3.2, "MRS")] = math.radians(75.0)
     extreme_time: Annotated[float, Real("s", "time above tilt.extreme until the same or motors off", 0.0, 100.0)] = 0.1
     low_height: Annotated[float, Real("m", "below it over the ground extreme tilt stops the motors", 0.0, 100.0)] = 1.0
 
@@ -72,6 +69,4 @@ class GuardParameters(NamedTuple):
     contact: ContactRule = ContactRule()
     step: StepLimits = StepLimits()
     ground_height: Annotated[float, Real("m", "height of the ground, world frame", -1e4, 1e4)] = 0.0
-    has_commander: Annotated[bool, Flag("a commander lands while the position is good; false: the guard descends")] = (
-        False
-    )
+    has_commander: Annotated[bool, Flag("a commander lands while the position is good; else the guard")] = False

@@ -16,17 +16,8 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
 
-from quad_core.geometry import (
-    ZERO,
-    add,
-    body_z,
-    cross,
-    euler_from_quaternion,
-    norm,
-    rotate_inverse,
-    scale,
-)
-from quad_core.law import Law
+from quad_core.geometry import ZERO, add, body_z, cross, euler_from_quaternion, norm, rotate_inverse, scale
+from quad_core.plugins import Law
 from quad_core.records import referable
 from quad_core.types import AttitudeInputs, PositionInputs, TrajectoryPoint, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle

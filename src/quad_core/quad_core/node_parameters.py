@@ -17,9 +17,7 @@ class SimulatorParameters(NamedTuple):
     odom_period_steps: Annotated[int, Whole("steps", "steps between two messages of odom", 1, 100_000)] = 10
     clock_period_steps: Annotated[int, Whole("steps", "steps between two messages of clock", 1, 100_000)] = 5
     publish_state: Annotated[bool, Flag("publish `state`; false: another node does, such as odometry_relay")] = True
-    descent_timeout: Annotated[float, Real("s", "longest descent of the guard; then the flight ends", 1.0, 3600.0)] = (
-        120.0
-    )
+    descent_timeout: Annotated[float, Real("s", "longest descent of the guard; it ends then", 1.0, 3600.0)] = 120.0
     guard: GuardParameters = GuardParameters()
 
 
@@ -41,9 +39,7 @@ class RecorderParameters(NamedTuple):
 class OdometryRelayParameters(NamedTuple):
     """The odometry relay: an estimator's odometry or pose as `state`."""
 
-    odometry: Annotated[
-        str, Text("topic: nav_msgs/Odometry, twist in the body frame, or geometry_msgs/PoseStamped")
-    ] = "odom"
+    odometry: Annotated[str, Text("topic: nav_msgs/Odometry (body twist) or geometry_msgs/PoseStamped")] = "odom"
     world_frame: Annotated[str, Text("header.frame_id that is accepted (ENU); empty: any")] = "map"
     body_frame: Annotated[str, Text("child_frame_id that is accepted (FLU); empty: any")] = "base_link"
     delay: Annotated[float, Real("s", "known age of a sample at its arrival", 0.0, 1.0)] = 0.0

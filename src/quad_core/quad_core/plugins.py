@@ -38,11 +38,12 @@ loaded, so that a missing function is reported by name and not in flight. Any mo
     and holds no array; ``line`` is a 2-D array of floats that ``step`` may write to, such as a delay line.
 """
 
+from collections.abc import Callable
 from functools import cache
 from importlib.metadata import entry_points
 from traceback import extract_tb
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 from quad_core.parameters import fields
 from quad_core.records import leaves
@@ -69,6 +70,28 @@ OTHERS = {
 
 class PluginError(ValueError):
     """A plug-in is unknown or lacks what its group demands; the text names it."""
+
+
+class Law(NamedTuple):
+    """A law as a stage runs it: a plug-in's module, or one within wrappers; ``name``: what it is called in messages."""
+
+    name: str
+    Parameters: type[Any]
+    Memory: type[Any]
+    Internals: type[Any]
+    init: Callable[..., Any]
+    step: Callable[..., Any]
+
+
+class Wrapper(NamedTuple):
+    """What a stage puts around its law: ``wrapped(law, inputs_type)`` gives the law with it.
+
+    ``switch``: the parameter of the stage's node with a field ``enabled``, empty: always on. The wrapped law's
+    ``Parameters`` are then (those of the law, that parameter).
+    """
+
+    wrapped: Callable[..., Law]
+    switch: str = ""
 
 
 @cache
@@ -120,6 +143,11 @@ def load(group: str, name: str) -> ModuleType:
     except TypeError as error:
         raise PluginError(f"{group}: plug-in {name!r} ({module.__name__}): {error}") from error
     return module
+
+
+def law_of(module: ModuleType) -> Law:
+    """Return the law that a plug-in's module is."""
+    return Law(module.__name__, module.Parameters, module.Memory, module.Internals, module.init, module.step)
 
 
 def _mistake(error: Exception) -> str:

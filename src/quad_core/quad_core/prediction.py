@@ -28,8 +28,8 @@ from functools import cache
 from typing import Annotated, Any, NamedTuple
 
 from quad_core.geometry import ZERO, add, body_z, cross, relative_attitude, rotated_by_vector, scale, subtract
-from quad_core.law import Law
 from quad_core.parameters import Flag, Real
+from quad_core.plugins import Law
 from quad_core.records import field_kinds, referable
 from quad_core.types import Actuation, Quat, Vec3, VehicleState, fresh
 from quad_core.vehicle import Vehicle

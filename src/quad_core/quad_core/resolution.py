@@ -10,10 +10,9 @@ from typing import Any, NamedTuple
 from quad_core import plugins
 from quad_core.cascade import ALL_ROLES, COMMANDER, RELAY, SHADOW, SIMULATOR, STAGE, WRAPPERS
 from quad_core.flight_parameters import FlightParameters
-from quad_core.law import law_of
 from quad_core.parameter_files import is_of_ros, plain_value
 from quad_core.parameters import Field, ParameterError, Value, build, fields, flatten, nearest
-from quad_core.plugins import PluginError
+from quad_core.plugins import PluginError, law_of
 from quad_core.vehicle import Vehicle, check_inertia
 
 

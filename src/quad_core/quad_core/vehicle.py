@@ -1,7 +1,7 @@
 """The nominal vehicle: what the paper's Table 1 lists, plus the limits it leaves out."""
 
 from enum import IntEnum
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from quad_core.parameters import Choice, ParameterError, Real
 
@@ -14,6 +14,7 @@ class Layout(IntEnum):
 
 
 Signs = tuple[int, int, int, int]
+Triple = tuple[float, float, float]
 
 
 class Arrangement(NamedTuple):
@@ -62,21 +63,15 @@ class Vehicle(NamedTuple):
     inertia_yy: Annotated[float, Real("kg m^2", "moment of inertia about body y", 1e-7, 100.0, "Table 1")] = 3.5e-3
     inertia_zz: Annotated[float, Real("kg m^2", "moment of inertia about body z", 1e-7, 100.0, "Table 1")] = 7.0e-3
     lift_coefficient: Annotated[float, Real("N s^2", "rotor lift k_L (Eq. 3)", 1e-12, 1.0, "Table 1")] = 4.2e-3
-    torque_coefficient: Annotated[float, Real("N m s^2", "rotor drag torque k_M (Eq. 8)", 1e-14, 1.0, "Table 1")] = (
-        3.8e-2
-    )
+    torque_coefficient: Annotated[float, Real("N m s^2", "rotor drag k_M (Eq. 8)", 1e-14, 1.0, "Table 1")] = 0.038
     drag_coefficient: Annotated[float, Real("N s/m", "translational drag k_F", 0.0, 100.0, "Table 1")] = 5.6e-4
     drag_torque_coefficient: Annotated[float, Real("N m s^2", "rotational drag k_T", 0.0, 100.0, "Table 1")] = 5.6e-4
     thrust_to_weight: Annotated[float, Real("", "largest thrust in m g, a quarter of it per rotor", 1.05, 20.0)] = 3.0
     layout: Annotated[int, Choice(Layout, "plus: 1 rear, 2 right, 3 front, 4 left", "Figure 1")] = Layout.PLUS.value
     rotor_time_constant: Annotated[float, Real("s", "lag of the rotor speed, first order; 0: none", 0.0, 1.0)] = 0.0
     rotor_speed_min: Annotated[float, Real("rad/s", "lowest rotor speed in flight", 0.0, 1e5)] = 0.0
-    rotor_inertia: Annotated[
-        float, Real("kg m^2", "moment of one rotor about its axis, for tau_G", 0.0, 10.0, "Eq. 1")
-    ] = 0.0
-    rotor_drag_coefficient: Annotated[
-        float, Real("N s^2/m", "drag: force across a rotor's axis over rotor speed and air speed", 0.0, 1.0)
-    ] = 0.0
+    rotor_inertia: Annotated[float, Real("kg m^2", "moment of one rotor about its axis", 0.0, 10.0, "Eq. 1")] = 0.0
+    rotor_drag_coefficient: Annotated[float, Real("N s^2/m", "force across over rotor and air speed", 0.0, 1.0)] = 0.0
 
 
 def check_inertia(vehicle: Vehicle) -> None:
@@ -93,6 +88,16 @@ def check_inertia(vehicle: Vehicle) -> None:
             f"vehicle.{name}: found {largest:g} kg m^2, expected at most {others:g}, the sum of the two others:"
             " no body has more"
         )
+
+
+def coupling_torque(body: Any, omega: Triple) -> Triple:
+    """Return -w x (J w) in N m, body frame (Eqs. 1, 6, 7), of a ``body`` with the diagonal inertia of a ``Vehicle``.
+
+    ``omega``: its body rates in rad/s.
+    """
+    p, q, r = omega
+    xx, yy, zz = body.inertia_xx, body.inertia_yy, body.inertia_zz
+    return (yy - zz) * q * r, (zz - xx) * p * r, (xx - yy) * p * q
 
 
 def max_thrust(vehicle: Vehicle) -> float:

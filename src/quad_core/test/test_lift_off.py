@@ -7,8 +7,8 @@ import pytest
 from quad_core import plugins
 from quad_core.cascade import ATTITUDE, POSITION, STAGE
 from quad_core.geometry import euler_from_quaternion, norm, quaternion_from_euler
-from quad_core.law import law_of
 from quad_core.lift_off import airborne, lifted_off, sinks, standing, with_lift_off
+from quad_core.plugins import law_of
 from quad_core.resolution import resolve
 from quad_core.types import (
     Actuation,

@@ -7,19 +7,12 @@ from typing import NamedTuple
 import pytest
 
 from quad_core import plugins
-from quad_core.law import law_of
 from quad_core.parameters import flatten
+from quad_core.plugins import law_of
 from quad_core.prediction import Prediction, Shown, with_prediction
 from quad_core.records import leaves
 from quad_core.resolution import resolve
-from quad_core.types import (
-    Actuation,
-    PositionInputs,
-    Quat,
-    TrajectoryPoint,
-    Vec3,
-    VehicleState,
-)
+from quad_core.types import Actuation, PositionInputs, Quat, TrajectoryPoint, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
 
 VEHICLE = Vehicle()

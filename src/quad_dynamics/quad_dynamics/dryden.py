@@ -49,9 +49,8 @@ def realisation(
     for axis, stream in enumerate(streams):
         normals = stream.standard_normal((count, 2)).tolist()
         sigma, scale = turbulence.sigma[axis], turbulence.scale[axis]
-        columns.append(
-            _first_order(sigma, scale, normals, period) if axis == 0 else _second_order(sigma, scale, normals, period)
-        )
+        filtered = _first_order if axis == 0 else _second_order
+        columns.append(filtered(sigma, scale, normals, period))
     return np.array(columns).T
 
 

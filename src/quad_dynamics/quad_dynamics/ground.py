@@ -8,8 +8,8 @@ import math
 
 from quad_core.geometry import rotate, rotate_inverse
 from quad_core.types import Quat, Vec3
-from quad_core.vehicle import Layout, Vehicle
-from quad_dynamics.newton_euler import Body, Triple
+from quad_core.vehicle import Layout, Triple, Vehicle
+from quad_dynamics.newton_euler import Body
 from quad_dynamics.parameters import Ground
 from quad_dynamics.rotors import DIAGONAL
 

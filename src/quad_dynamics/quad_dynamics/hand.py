@@ -11,7 +11,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.geometry import body_rates, quaternion_from_euler
+from quad_core.geometry import body_rates, clamp, quaternion_from_euler
 from quad_core.parameters import Real
 from quad_core.types import SensorFault, Vec3, VehicleState, fresh
 
@@ -86,9 +86,5 @@ def moved(time: float, away: float, back: float) -> tuple[float, float]:
 
 def ramp(time: float) -> tuple[float, float]:
     """Return the place, 0 to 1, and the speed in 1/s, ``time`` s after a ramp began."""
-    if time <= 0.0:
-        return 0.0, 0.0
-    if time >= RAMP:
-        return 1.0, 0.0
-    phase = math.pi * time / RAMP
+    phase = math.pi * clamp(time / RAMP, 0.0, 1.0)
     return 0.5 * (1.0 - math.cos(phase)), 0.5 * math.pi / RAMP * math.sin(phase)

@@ -22,13 +22,9 @@ EDGE_TOLERANCE = 1e-9
 class Parameters(NamedTuple):
     """Size, bound and hold time of the six channels."""
 
-    acceleration_sd: Annotated[
-        float, Real("m/s^2", "standard deviation of d_x, d_y, d_z before clipping", 0.0, 100.0, "sect. 4")
-    ] = 0.5
+    acceleration_sd: Annotated[float, Real("m/s^2", "sd of d_x, d_y, d_z, unclipped", 0.0, 100.0, "sect. 4")] = 0.5
     acceleration_clip: Annotated[float, Real("m/s^2", "bound of d_x, d_y, d_z", 0.0, 1000.0, "sect. 4")] = 1.5
-    angular_sd: Annotated[
-        float, Real("rad/s^2", "standard deviation of d_phi, d_theta, d_psi before clipping", 0.0, 1e3, "sect. 4")
-    ] = 2.0 / 3.0
+    angular_sd: Annotated[float, Real("rad/s^2", "that of d_phi, d_theta, d_psi", 0.0, 1e3, "sect. 4")] = 2.0 / 3.0
     angular_clip: Annotated[float, Real("rad/s^2", "bound of d_phi, d_theta, d_psi", 0.0, 1e4, "sect. 4")] = 2.0
     hold: Annotated[float, Real("s", "time for which a value is held", 0.001, 1000.0, "sect. 4")] = 2.0
 

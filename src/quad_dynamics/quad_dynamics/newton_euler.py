@@ -22,10 +22,9 @@ for each term would be most of the cost of a step in CPython.
 from collections.abc import Callable
 from typing import NamedTuple, TypeVar
 
-from quad_core.vehicle import DragSign, Vehicle
+from quad_core.vehicle import DragSign, Triple, Vehicle, coupling_torque
 from quad_dynamics.parameters import PlantParameters
 
-Triple = tuple[float, float, float]
 Quadruple = tuple[float, float, float, float]
 Flat = tuple[float, float, float, float, float, float, float, float, float, float, float, float, float]
 Constant = TypeVar("Constant")
@@ -92,13 +91,6 @@ def drag_torque(body: Body, omega_b: Triple) -> Triple:
     if body.printed_drag:
         return k * p * p, k * q * q, k * r * r
     return -k * abs(p) * p, -k * abs(q) * q, -k * abs(r) * r
-
-
-def coupling_torque(body: Body, omega_b: Triple) -> Triple:
-    """Return -Omega x (I Omega) in N m, body frame (Eqs. 1, 6, 7)."""
-    p, q, r = omega_b
-    xx, yy, zz = body.inertia_xx, body.inertia_yy, body.inertia_zz
-    return (yy - zz) * q * r, (zz - xx) * p * r, (xx - yy) * p * q
 
 
 def wind_force(body: Body, wind_w: Triple) -> Triple:

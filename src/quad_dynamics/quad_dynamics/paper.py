@@ -12,11 +12,10 @@ from typing import NamedTuple
 from quad_core.cycle import as_disturbance
 from quad_core.geometry import add, body_rates, euler_rates, quaternion_from_euler
 from quad_core.types import Actuation, Conditions, Disturbance, Vec3, VehicleState, Wrench, fresh
-from quad_core.vehicle import Vehicle
+from quad_core.vehicle import Triple, Vehicle
 from quad_dynamics.newton_euler import (
     Body,
     Flat,
-    Triple,
     angular_acceleration,
     linear_acceleration,
     rk4,
@@ -112,20 +111,15 @@ def can_move(s: Flat) -> bool:
 
 
 def acting_on(
-    parameters: PlantParameters, vehicle: Vehicle, actuation: Actuation, body: Body, conditions: Conditions
-) -> Acting:
-    """Return what acts over a step under ``conditions``."""
-    rotors = rotor_wrench(
-        vehicle,
-        parameters.effectiveness,
-        conditions.rotor_effectiveness,
-        thrusts=actuation.rotor_thrust,
-        speeds=actuation.rotor_speed,
-        commanded=actuation.rotor_speed,
-        lag=0.0,
-    )
+    parameters: PlantParameters, vehicle: Vehicle, wrench: Wrench, conditions: Conditions
+) -> tuple[Actuation, Body, Acting]:
+    """Return what the rotors make of ``wrench``, the true body, and what acts over a step under ``conditions``."""
+    actuation = allocate_within(vehicle, wrench, max_rotor_thrust(vehicle, conditions))
+    body = true_body(parameters, vehicle, conditions.payload_mass)
+    factor, working, speeds = parameters.effectiveness, conditions.rotor_effectiveness, actuation.rotor_speed
+    rotors = rotor_wrench(vehicle, factor, working, actuation.rotor_thrust, speeds, speeds, 0.0)
     force_w = add(conditions.force_w, Vec3(*wind_force(body, conditions.wind_w)))
-    return Acting(rotors.thrust, force_w, add(rotors.torque_b, conditions.torque_b))
+    return actuation, body, Acting(rotors.thrust, force_w, add(rotors.torque_b, conditions.torque_b))
 
 
 def step(
@@ -140,9 +134,7 @@ def step(
 
     A state whose rates left all bounds stays as it is (the sine of infinity raises); the caller ends the flight.
     """
-    actuation = allocate_within(vehicle, wrench, max_rotor_thrust(vehicle, conditions))
-    body = true_body(parameters, vehicle, conditions.payload_mass)
-    acting = acting_on(parameters, vehicle, actuation, body, conditions)
+    actuation, body, acting = acting_on(parameters, vehicle, wrench, conditions)
     h = dt / parameters.substeps
     x1, x2, x3, x4, x5, x6, x7, x8, x9, x10, x11, x12 = state
     s = (x1, x2, x3, x4, x5, x6, x7, x8, x9, x10, x11, x12, 0.0)
@@ -170,9 +162,7 @@ def lumped(
     parameters: PlantParameters, vehicle: Vehicle, state: State, wrench: Wrench, conditions: Conditions
 ) -> Disturbance:
     """Return what acts, and D_P, D_A of Eqs. 10-12 at ``state``; D_A adds to rows x2', x4', x6'."""
-    actuation = allocate_within(vehicle, wrench, max_rotor_thrust(vehicle, conditions))
-    body = true_body(parameters, vehicle, conditions.payload_mass)
-    acting = acting_on(parameters, vehicle, actuation, body, conditions)
+    _, body, acting = acting_on(parameters, vehicle, wrench, conditions)
     axis, v_w = thrust_axis(state.x1, state.x3, state.x5), (state.x8, state.x10, state.x12)
     rates = (state.x2, state.x4, state.x6)
     a = linear_acceleration(body, axis, acting.thrust, v_w, acting.force_w)

@@ -82,14 +82,9 @@ class PlantParameters(NamedTuple):
     ] = DragSign.CORRECTED.value
     mass_error: Annotated[float, Real("kg", "true minus nominal mass", -1000.0, 1000.0, "Eq. 10")] = 0.0
     inertia_error: InertiaError = InertiaError()
-    drag_error: Annotated[
-        float, Real("N s/m", "true minus nominal translational drag k_F", -100.0, 100.0, "Eq. 5, as Eq. 10")
-    ] = 0.0
+    drag_error: Annotated[float, Real("N s/m", "true minus nominal drag k_F", -100.0, 100.0, "Eq. 5, as Eq. 10")] = 0.0
     lag_error: Annotated[
-        float,
-        Real(
-            "s", "true minus nominal rotor lag; not 0: `actuation` tells the nominal rotors; not plant paper", -1.0, 1.0
-        ),
+        float, Real("s", "true minus nominal rotor lag; `actuation` tells the nominal; not plant paper", -1.0, 1.0)
     ] = 0.0
     effectiveness: Effectiveness = Effectiveness()
     ground: Ground = Ground()

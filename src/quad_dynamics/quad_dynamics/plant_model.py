@@ -34,9 +34,7 @@ class PlantModel:
         plant, weather, sensing = (resolved.plugins[slot] for slot in ("plant", "disturbance", "sensing"))
         self._plant, self._weather, self._sensing = plant, weather, sensing
         self._seed, period = resolved.flight.seed, resolved.flight.plant_period
-        self._side = SimulatedVehicle(
-            resolved.vehicle, period, plant.parameters, weather.parameters, sensing.parameters
-        )
+        self._side = SimulatedVehicle(resolved.vehicle, period, *(one.parameters for one in (plant, weather, sensing)))
         self._do = vehicle_functions(plant.module, sensing.module)
         self._sensing_line, sensed = sensing.module.init(sensing.parameters, period)
         self._link_line, linked = link.init()
@@ -90,15 +88,13 @@ class PlantModel:
         """Whether the plant has a ground on which the vehicle can come to rest."""
         return has_ground(self._plant.parameters)
 
-    def receive(self, step: int, wrench: Wrench, command_step: int) -> WrenchCommand:
+    def receive(self, step: int, wrench: Wrench, answers: int) -> WrenchCommand:
         """Return what comes through the command link at ``step``.
 
-        ``wrench`` is what is sent at ``step``, the answer to the state of ``command_step``.
+        ``wrench`` is what is sent at ``step``; it answers the state of step ``answers``.
         """
         self._commanded = wrench
-        found, self._memory = receive(
-            self._side, self._drawn, self._memory, self.conditions, wrench, command_step, step
-        )
+        found, self._memory = receive(self._side, self._drawn, self._memory, self.conditions, wrench, answers, step)
         return found
 
     def advance(self, step: int, wrench: Wrench) -> VehicleState:
@@ -116,6 +112,5 @@ class PlantModel:
         self.conditions = self._weather.module.sample(side.disturbance, drawn.weather, seconds(step, side.period))
         self.state = self.truth
         if not self.armed or sensing_is_active(self._memory, self.conditions):
-            self.state, self._memory = self._do.sense(
-                side, drawn, self._memory, self.truth, self.conditions, self.armed, step
-            )
+            seen = self._do.sense(side, drawn, self._memory, self.truth, self.conditions, self.armed, step)
+            self.state, self._memory = seen

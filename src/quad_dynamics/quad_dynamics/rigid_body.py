@@ -11,12 +11,11 @@ from typing import NamedTuple
 from quad_core.cycle import as_disturbance
 from quad_core.geometry import add, body_z, quaternion_from_euler
 from quad_core.types import Actuation, Conditions, Disturbance, Quat, Rotors, Vec3, VehicleState, Wrench, fresh
-from quad_core.vehicle import Vehicle
+from quad_core.vehicle import Triple, Vehicle
 from quad_dynamics.ground import contact, contact_height
 from quad_dynamics.newton_euler import (
     Body,
     Flat,
-    Triple,
     angular_acceleration,
     linear_acceleration,
     quaternion_rate,
@@ -186,9 +185,7 @@ def step(
     factor, working, commanded = parameters.effectiveness, conditions.rotor_effectiveness, actuation.rotor_speed
     lag = rotor_lag(parameters, vehicle)
     speeds, thrusts = rotors_at_start(vehicle, state, actuation, lag)
-    first = middle = last = rotor_wrench(
-        vehicle, factor, working, thrusts=thrusts, speeds=speeds, commanded=commanded, lag=lag
-    )
+    first = middle = last = rotor_wrench(vehicle, factor, working, thrusts, speeds, commanded, lag)
     h = dt / parameters.substeps
     half_decay = decay(lag, 0.5 * h) if lag > 0.0 else 0.0
     s = flat(state.motion)
@@ -196,11 +193,8 @@ def step(
         if lag > 0.0:
             half = lagged(speeds, commanded, half_decay)
             speeds = lagged(speeds, commanded, half_decay * half_decay)
-            halfway, reached_thrusts = rotor_thrusts(vehicle, half), rotor_thrusts(vehicle, speeds)
-            middle = rotor_wrench(vehicle, factor, working, thrusts=halfway, speeds=half, commanded=commanded, lag=lag)
-            last = rotor_wrench(
-                vehicle, factor, working, thrusts=reached_thrusts, speeds=speeds, commanded=commanded, lag=lag
-            )
+            middle = rotor_wrench(vehicle, factor, working, rotor_thrusts(vehicle, half), half, commanded, lag)
+            last = rotor_wrench(vehicle, factor, working, rotor_thrusts(vehicle, speeds), speeds, commanded, lag)
         s = with_unit_quaternion(rk4(derivative, around, first, middle, last, s, h))
         first = last
     known = known_speeds(parameters, vehicle, state.known_speed, commanded, speeds, dt)
@@ -223,16 +217,9 @@ def lumped(
     """
     actuation = allocate_within(vehicle, wrench, max_rotor_thrust(vehicle, conditions))
     lag = rotor_lag(parameters, vehicle)
+    factor, working, commanded = parameters.effectiveness, conditions.rotor_effectiveness, actuation.rotor_speed
     speeds, thrusts = rotors_at_start(vehicle, state, actuation, lag)
-    rotors = rotor_wrench(
-        vehicle,
-        parameters.effectiveness,
-        conditions.rotor_effectiveness,
-        thrusts=thrusts,
-        speeds=speeds,
-        commanded=actuation.rotor_speed,
-        lag=lag,
-    )
+    rotors = rotor_wrench(vehicle, factor, working, thrusts, speeds, commanded, lag)
     motion = state.motion
     true = derivative(surroundings(parameters, vehicle, conditions), rotors, flat(motion))
     (ax, ay, az), (bx, by, bz) = nominal_acceleration(

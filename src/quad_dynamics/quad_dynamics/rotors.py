@@ -227,9 +227,7 @@ def nearest(vehicle: Vehicle, thrust: float, torque: Vec3, limit: float) -> tupl
     widest = max(abs(d13), abs(d42))
     if widest > limit:
         d42, d13 = d42 * (limit / widest), d13 * (limit / widest)
-    s13, s24 = pair_sums(
-        thrust=thrust, yaw_force=torque.z / yaw_arm(vehicle), width_13=abs(d13), width_24=abs(d42), limit=limit
-    )
+    s13, s24 = pair_sums(thrust, torque.z / yaw_arm(vehicle), abs(d13), abs(d42), limit)
     # rounding alone can step over a limit by an ulp
     return (
         clamp(0.5 * (s13 + d13), 0.0, limit),

@@ -36,9 +36,7 @@ class Parameters(NamedTuple):
     velocity_delay: Annotated[float, Real("s", "added age of the velocity", 0.0, 10.0)] = 0.0
     attitude_delay: Annotated[float, Real("s", "added age of the attitude", 0.0, 10.0)] = 0.0
     rate_delay: Annotated[float, Real("s", "added age of the body rates", 0.0, 10.0)] = 0.0
-    age_error: Annotated[
-        float, Real("s", "age that a late state says minus its true one; at least 0 is said", -10.0, 10.0)
-    ] = 0.0
+    age_error: Annotated[float, Real("s", "age that a late state says, at least 0, minus its own", -10.0, 10.0)] = 0.0
     position_every: Annotated[int, Whole("", "position, velocity change every so many samples", 1, 10_000)] = 1
     attitude_every: Annotated[int, Whole("", "the attitude changes every so many samples; 1: each", 1, 10_000)] = 1
     rate_every: Annotated[int, Whole("", "the body rates change every so many samples; 1: each", 1, 10_000)] = 1

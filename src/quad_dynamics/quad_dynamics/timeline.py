@@ -64,6 +64,7 @@ class Event(NamedTuple):
     values: tuple[float, ...]
 
 
+LATE = Number("s", 0.0, 10.0, 0.0)
 TIMES = {"start": Number("s", 0.0, LATEST, 0.0), "end": Number("s", 0.0, LATEST, FOR_EVER)}
 KINDS = {
     "wind": Kind(WIND, {"velocity": three("m/s", 100.0)}),
@@ -93,14 +94,7 @@ KINDS = {
     "battery": Kind(BATTERY, {"limit": Number("", 0.05, 1.0), "sag": Number("s", 0.0, 7200.0, 0.0)}),
     "freeze": Kind(FREEZE, {}),
     "jump": Kind(JUMP, {"offset": three("m", 1000.0, 0.0), "yaw": Number("rad", -3.2, 3.2, 0.0)}),
-    "link": Kind(
-        LINK,
-        {
-            "delay": Number("s", 0.0, 10.0, 0.0),
-            "jitter": Number("s", 0.0, 10.0, 0.0),
-            "drop": Number("", 0.0, 1.0, 0.0),
-        },
-    ),
+    "link": Kind(LINK, {"delay": LATE, "jitter": LATE, "drop": Number("", 0.0, 1.0, 0.0)}),
 }
 """What each kind does: docs/reference/scenarios.md."""
 
@@ -117,9 +111,7 @@ class EventError(ParameterError):
 class Parameters(NamedTuple):
     """The events of a flight."""
 
-    events: Annotated[
-        str, Text("events, one per line: KIND start=S end=S NAME=VALUE ...; see docs/reference/scenarios.md")
-    ] = ""
+    events: Annotated[str, Text("one per line: KIND start=S end=S NAME=VALUE ...; docs/reference/scenarios.md")] = ""
 
 
 def check(parameters: Parameters) -> None:

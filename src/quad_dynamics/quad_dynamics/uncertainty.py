@@ -24,8 +24,8 @@ adds to the true acceleration and so to D_P and D_A.
 
 from quad_core.geometry import clamp
 from quad_core.types import Wrench
-from quad_core.vehicle import Vehicle
-from quad_dynamics.newton_euler import Triple, angular_acceleration, linear_acceleration, nominal_body, true_body
+from quad_core.vehicle import Triple, Vehicle
+from quad_dynamics.newton_euler import angular_acceleration, linear_acceleration, nominal_body, true_body
 from quad_dynamics.parameters import PlantParameters
 from quad_dynamics.rotors import LARGEST_TORQUE, rotor_lag
 

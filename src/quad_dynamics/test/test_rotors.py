@@ -20,12 +20,7 @@ D = ASYMMETRIC.arm_length
 S = D / math.sqrt(2.0)
 PLACES = {
     Layout.PLUS: {"rear": (-D, 0, 0), "right": (0, -D, 0), "front": (D, 0, 0), "left": (0, D, 0)},
-    Layout.X: {
-        "rear right": (-S, -S, 0),
-        "front right": (S, -S, 0),
-        "front left": (S, S, 0),
-        "rear left": (-S, S, 0),
-    },
+    Layout.X: {"rear right": (-S, -S, 0), "front right": (S, -S, 0), "front left": (S, S, 0), "rear left": (-S, S, 0)},
 }
 YAW = (1.0, -1.0, 1.0, -1.0)
 CASES = [

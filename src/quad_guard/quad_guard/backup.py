@@ -29,7 +29,7 @@ from quad_core.cycle import BODY_RATE_BOUND
 from quad_core.geometry import ZERO, body_z, clamp, cross, dot, norm, rotate_inverse, rotated_by_vector, scale, subtract
 from quad_core.guard_parameters import ContactRule
 from quad_core.types import Vec3, Wrench
-from quad_core.vehicle import Vehicle, max_thrust
+from quad_core.vehicle import Vehicle, coupling_torque, max_thrust
 from quad_guard.checks import BodyState
 from quad_guard.unknown_torque import UnknownTorque, torque_at, within_rotors, within_thrust
 
@@ -198,12 +198,11 @@ def level_torque(vehicle: Vehicle, state: BodyState, up: Vec3, direction: Vec3) 
         x, y = (x / sine, y / sine) if sine > 1e-6 else (1.0, 0.0)
     stiffness = ATTITUDE_BANDWIDTH * ATTITUDE_BANDWIDTH
     damping = 2.0 * ATTITUDE_DAMPING * ATTITUDE_BANDWIDTH
-    p, q, r = state.omega_b.x, state.omega_b.y, state.omega_b.z
-    xx, yy, zz = vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz
+    omega, coupling = state.omega_b, coupling_torque(vehicle, state.omega_b)
     return Vec3(
-        xx * (stiffness * x - damping * p) + (zz - yy) * q * r,
-        yy * (stiffness * y - damping * q) + (xx - zz) * p * r,
-        -zz * YAW_RATE_BANDWIDTH * r + (yy - xx) * p * q,
+        vehicle.inertia_xx * (stiffness * x - damping * omega.x) - coupling[0],
+        vehicle.inertia_yy * (stiffness * y - damping * omega.y) - coupling[1],
+        -vehicle.inertia_zz * YAW_RATE_BANDWIDTH * omega.z - coupling[2],
     )
 
 
@@ -246,11 +245,9 @@ def predict(vehicle: Vehicle, state: BodyState, wrench: Wrench, gyro: bool, dt: 
 
 def predicted_rates(vehicle: Vehicle, omega: Vec3, torque: Vec3, dt: float) -> Vec3:
     """Return the body rates in rad/s ``dt`` s later under ``torque`` N m, bounded."""
-    xx, yy, zz = vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz
-    p, q, r = omega.x, omega.y, omega.z
-    bound = BODY_RATE_BOUND
+    coupling, bound = coupling_torque(vehicle, omega), BODY_RATE_BOUND
     return Vec3(
-        clamp(p + dt * (torque.x + (yy - zz) * q * r) / xx, -bound, bound),
-        clamp(q + dt * (torque.y + (zz - xx) * p * r) / yy, -bound, bound),
-        clamp(r + dt * (torque.z + (xx - yy) * p * q) / zz, -bound, bound),
+        clamp(omega.x + dt * (torque.x + coupling[0]) / vehicle.inertia_xx, -bound, bound),
+        clamp(omega.y + dt * (torque.y + coupling[1]) / vehicle.inertia_yy, -bound, bound),
+        clamp(omega.z + dt * (torque.z + coupling[2]) / vehicle.inertia_zz, -bound, bound),
     )

@@ -204,13 +204,11 @@ def fly(
 
     ``unknown``: the torque that the model does not explain.
     """
+    height = estimate.state.p_w.z - estimate.ground_z
     if mode == GuardMode.PASS:
         # a torque that answers no accepted state turns the vehicle over within 0.1 s
-        blind = state_age > parameters.state.warn_age
-        is_low = estimate.state.p_w.z - estimate.ground_z <= parameters.contact.stop_height
-        weight = vehicle.mass * vehicle.gravity
-        thrust = within_thrust_range(parameters.step, weight, wrench.thrust, is_low)
-        if blind:
+        thrust = within_thrust_range(parameters, vehicle, wrench.thrust, height)
+        if state_age > parameters.state.warn_age:
             return Wrench(thrust, scale(-1.0, unknown.torque)), memory.descent
         return (wrench if thrust == wrench.thrust else Wrench(thrust, wrench.torque_b)), memory.descent
     if mode == GuardMode.KILL:
@@ -226,7 +224,7 @@ def fly(
         vehicle,
         descent,
         estimate.state,
-        estimate.state.p_w.z - estimate.ground_z,
+        height,
         Known(sight, rate_age, unknown, estimate.evidence.strength, memory.flown.thrust),
         dt,
     )

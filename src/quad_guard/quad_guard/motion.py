@@ -48,9 +48,7 @@ NO_EVIDENCE = Evidence(-1, Vec3(), Vec3(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.
 """Before the first sample."""
 
 
-def gathered(
-    before: Evidence, vehicle: Vehicle, v: Vec3, q_wb: Quat, thrust: float, step: int, period: int
-) -> Evidence:
+def gathered(before: Evidence, vehicle: Vehicle, v: Vec3, q: Quat, thrust: float, step: int, period: int) -> Evidence:
     """Return the evidence with the sample of ``step``: velocity m/s, attitude as assumed, ``thrust`` N flown.
 
     ``period`` in ns. Within an interval it stays as it is.
@@ -58,23 +56,15 @@ def gathered(
     gap = (step - before.step) * period / 1e9
     if before.step >= 0 and gap < INTERVAL:
         return before
-    up, size = body_z(q_wb), thrust / vehicle.mass
+    up, size = body_z(q), thrust / vehicle.mass
     u = Vec3(size * up.x, size * up.y, size * up.z)
     if before.step < 0 or gap > LONGEST:
+        # fmt: off
         return Evidence(
-            step,
-            v,
-            u,
-            before.mean_ax,
-            before.mean_ay,
-            before.mean_ux,
-            before.mean_uy,
-            before.along,
-            before.across,
-            before.thrust,
-            before.motion,
-            before.strength,
+            step, v, u, before.mean_ax, before.mean_ay, before.mean_ux, before.mean_uy,
+            before.along, before.across, before.thrust, before.motion, before.strength,
         )
+        # fmt: on
     share = gap / MEMORY
     kept = 1.0 - share
     ax, ay = (v.x - before.v.x) / gap, (v.y - before.v.y) / gap
@@ -86,20 +76,16 @@ def gathered(
     if uz > LEAST_THRUST * vehicle.gravity:
         shown = ((v.z - before.v.z) / gap + vehicle.gravity) / uz
         strength = clamp(kept * strength + share * shown, WEAKEST, STRONGEST)
+    # fmt: off
     return Evidence(
-        step,
-        v,
-        u,
-        mean_ax,
-        mean_ay,
-        mean_ux,
-        mean_uy,
+        step, v, u, mean_ax, mean_ay, mean_ux, mean_uy,
         kept * before.along + gap * (ux * ax + uy * ay),
         kept * before.across + gap * (ux * ay - uy * ax),
         kept * before.thrust + gap * (ux * ux + uy * uy),
         kept * before.motion + gap * (ax * ax + ay * ay),
         strength,
     )
+    # fmt: on
 
 
 def begun_anew(before: Evidence) -> Evidence:

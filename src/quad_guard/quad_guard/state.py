@@ -18,12 +18,7 @@ from quad_core.guard_parameters import GuardParameters, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_guard.backup import predict
-from quad_guard.checks import (
-    BodyState,
-    StateSample,
-    attitude_change,
-    sample_refusal,
-)
+from quad_guard.checks import BodyState, StateSample, attitude_change, sample_refusal
 from quad_guard.frozen import COARSEST_GRAIN, NOTHING_MISSING, Grain, Missing, finer, missed
 from quad_guard.motion import LOST, NO_EVIDENCE, Evidence, about_z, begun_anew, gathered, turn_found, unexplained
 from quad_guard.unknown_torque import UnknownTorque, torque_at

@@ -7,8 +7,9 @@ import math
 
 from quad_core.enumerations import GuardReason
 from quad_core.geometry import body_z, clamp
-from quad_core.guard_parameters import StepLimits
+from quad_core.guard_parameters import GuardParameters, StepLimits
 from quad_core.types import Quat, Vec3
+from quad_core.vehicle import Vehicle
 
 OFF = 1e6
 """m/s that are no limit of the speed."""
@@ -33,12 +34,10 @@ def broken_limit(limits: StepLimits, home: Vec3, ground_z: float, p_w: Vec3, v_w
     return GuardReason.GOOD
 
 
-def within_thrust_range(limits: StepLimits, weight: float, thrust: float, is_low: bool) -> float:
-    """Return the thrust in N that may reach the rotors of a vehicle of ``weight`` N.
-
-    ``is_low``: it stands on the ground, or so near that it must be able to land.
-    """
+def within_thrust_range(parameters: GuardParameters, vehicle: Vehicle, thrust: float, height: float) -> float:
+    """Return the thrust in N that may reach the rotors, ``height`` m above the ground; near it the vehicle may land."""
+    limits, weight = parameters.step, vehicle.mass * vehicle.gravity
     least = limits.least_thrust * weight
-    if is_low and least > 0.0:
+    if height <= parameters.contact.stop_height and least > 0.0:
         least = 0.0
     return clamp(thrust, least, limits.most_thrust * weight)

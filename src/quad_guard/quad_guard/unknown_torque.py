@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from quad_core.geometry import add, clamp, scale, subtract
 from quad_core.types import Vec3, Wrench
-from quad_core.vehicle import Layout, Vehicle, max_thrust
+from quad_core.vehicle import Layout, Vehicle, coupling_torque, max_thrust
 from quad_guard.checks import DIAGONAL, largest_torque
 
 BANDWIDTH = 15.0
@@ -81,14 +81,12 @@ def torque_at(vehicle: Vehicle, memory: UnknownTorque, thrust: float) -> Vec3:
 
 def advanced(vehicle: Vehicle, memory: UnknownTorque, omega: Vec3, flown: Wrench, dt: float) -> UnknownTorque:
     """Return the memory ``dt`` s later, under the commanded wrench ``flown`` at body rates ``omega`` rad/s."""
-    xx, yy, zz = vehicle.inertia_xx, vehicle.inertia_yy, vehicle.inertia_zz
     share = dt / (vehicle.rotor_time_constant + dt)
     made = add(memory.made, scale(share, subtract(within_rotors(vehicle, flown.torque_b), memory.made)))
     thrust = memory.thrust + share * (flown.thrust - memory.thrust)
     filtered = memory.filtered + dt * BANDWIDTH * (thrust - memory.filtered)
-    p, q, r = omega.x, omega.y, omega.z
-    turning = Vec3((yy - zz) * q * r, (zz - xx) * p * r, (xx - yy) * p * q)
-    momentum = add(memory.momentum, scale(dt, add(add(made, turning), memory.torque)))
+    x, y, z = coupling_torque(vehicle, omega)
+    momentum = add(memory.momentum, scale(dt, add(add(made, Vec3(x, y, z)), memory.torque)))
     return UnknownTorque(momentum, made, memory.torque, thrust, filtered, memory.of_thrust)
 
 

@@ -17,9 +17,7 @@ class MavlinkBridgeParameters(NamedTuple):
     source_system: Annotated[int, Whole("", "the bridge's number, for GCS failsafes", 1, 255, "MAV_GCS_SYSID")] = 255
     state_interval: Annotated[float, Real("s", "spacing of states", 0.002, 0.1, "SET_MESSAGE_INTERVAL")] = 0.01
     max_rotor_thrust: RotorThrust = 0.0
-    autopilot_curve: Annotated[
-        float, Real("", "the autopilot's curve; 0: linear", 0.0, 1.0, "THR_MDL_FAC, MOT_THST_EXPO")
-    ] = 0.0
+    autopilot_curve: Annotated[float, Real("", "its curve; 0: linear", 0.0, 1.0, "THR_MDL_FAC, MOT_THST_EXPO")] = 0.0
     thrust_curve: ThrustCurve = 0.0
     reset_limit: ResetLimit = 0.3
     arming: ArmingParameters = ArmingParameters()

@@ -16,9 +16,9 @@ import mujoco
 
 from quad_core.geometry import add, scale
 from quad_core.types import Actuation, Conditions, Quat, Vec3, VehicleState, Wrench
-from quad_core.vehicle import DragSign, Layout, Vehicle
+from quad_core.vehicle import DragSign, Layout, Triple, Vehicle
 from quad_dynamics import rigid_body
-from quad_dynamics.newton_euler import Body, Triple, true_body
+from quad_dynamics.newton_euler import Body, true_body
 from quad_dynamics.parameters import Ground, PlantParameters
 from quad_dynamics.rigid_body import State, lumped, observe
 from quad_dynamics.rotors import (

@@ -13,9 +13,7 @@ class GateParameters(NamedTuple):
     """How long, by the clock on the wall, the plant waits for PX4's states and the controllers (``gate.*``)."""
 
     settle: Annotated[float, Real("s", "wait for outputs after a reading in offboard mode", 0.0, 1.0)] = 0.002
-    linger: Annotated[
-        float, Real("s", "wait for outputs after a wrench, and for a state that may be due", 0.0, 1.0)
-    ] = 0.01
+    linger: Annotated[float, Real("s", "wait for outputs after a wrench, or a state that may be due", 0.0, 1.0)] = 0.01
     overdue: Annotated[float, Real("s", "wait for a state that is due; then an event", 0.01, 600.0)] = 2.0
     answer_timeout: Annotated[float, Real("s", "wait for outputs and controllers; then failed", 0.1, 600.0)] = 10.0
 

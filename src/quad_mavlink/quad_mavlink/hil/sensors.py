@@ -50,6 +50,8 @@ _SHORT = 32_767
 _GRAVITY = 9.80665
 _MICROSECOND = 1000
 
+Row = NDArray[np.float64]
+"""The standard normals of a step, ``COLUMNS`` of them."""
 Fields = tuple[Any, ...]
 """The numbers of a message in the order and units in which MAVLink has them."""
 
@@ -147,12 +149,12 @@ class Reading(NamedTuple):
     truth: Fields | None
 
 
-def normals(row: NDArray[np.float64], first: int) -> Vec3:
-    """Return three of the ``COLUMNS`` standard normals of a step from column ``first``."""
+def normals(row: Row, first: int) -> Vec3:
+    """Return three of the normals of a step from column ``first``."""
     return Vec3(float(row[first]), float(row[first + 1]), float(row[first + 2]))
 
 
-def init(sensors: Sensors, row: NDArray[np.float64]) -> Memory:
+def init(sensors: Sensors, row: Row) -> Memory:
     """Return the biases at step 0 from the normals of ``row``, which must not be used again."""
     return Memory(
         gyro=scale(sensors.gyro.turn_on, normals(row, GYRO_BIAS)),
@@ -173,24 +175,16 @@ def white(density: float, dt: float, w: Vec3) -> Vec3:
 
 
 def inertial(
-    sensors: Sensors,
-    memory: Memory,
-    before: VehicleState,
-    now: VehicleState,
-    gravity: float,
-    dt: float,
-    row: NDArray[np.float64],
+    sensors: Sensors, memory: Memory, before: VehicleState, now: VehicleState, gravity: float, dt: float, row: Row
 ) -> tuple[Inertial, Memory]:
     """Return what gyro and accelerometer read at ``now``, ``dt`` s after ``before``; gravity in m/s^2."""
-    gyro, accelerometer = sensors.gyro, sensors.accelerometer
+    gyro, accel = sensors.gyro, sensors.accelerometer
     gyro_bias = gauss_markov(memory.gyro, gyro.walk, gyro.time, dt, normals(row, GYRO_BIAS))
-    force_bias = gauss_markov(
-        memory.accelerometer, accelerometer.walk, accelerometer.time, dt, normals(row, ACCEL_BIAS)
-    )
+    force_bias = gauss_markov(memory.accelerometer, accel.walk, accel.time, dt, normals(row, ACCEL_BIAS))
     change = add(now.v_w, scale(-1.0, before.v_w))
     felt = rotate_inverse(middle(before.q_wb, now.q_wb), add(scale(1.0 / dt, change), Vec3(0.0, 0.0, gravity)))
     rate = add(now.omega_b, add(gyro_bias, white(gyro.density, dt, normals(row, GYRO))))
-    force = add(felt, add(force_bias, white(accelerometer.density, dt, normals(row, ACCEL))))
+    force = add(felt, add(force_bias, white(accel.density, dt, normals(row, ACCEL))))
     kept = memory._replace(gyro=gyro_bias, accelerometer=force_bias)
     return Inertial(frames.body(rate), frames.body(force)), kept
 
@@ -203,7 +197,7 @@ def middle(a: Quat, b: Quat) -> Quat:
     return Quat(x / length, y / length, z / length, w / length)
 
 
-def compass(sensors: Sensors, memory: Memory, q_wb: Quat, dt: float, row: NDArray[np.float64]) -> tuple[Vec3, Memory]:
+def compass(sensors: Sensors, memory: Memory, q_wb: Quat, dt: float, row: Row) -> tuple[Vec3, Memory]:
     """Return what a magnetometer reads in gauss, body FRD, ``dt`` s after its last reading."""
     own = sensors.magnetometer
     bias = gauss_markov(memory.magnetometer, own.walk, own.time, dt, normals(row, MAG_BIAS))
@@ -212,20 +206,14 @@ def compass(sensors: Sensors, memory: Memory, q_wb: Quat, dt: float, row: NDArra
     return frames.body(add(field, add(bias, noise))), memory._replace(magnetometer=bias)
 
 
-def air(sensors: Sensors, height: float, time: float, row: NDArray[np.float64]) -> Air:
+def air(sensors: Sensors, height: float, time: float, row: Row) -> Air:
     """Return what a barometer reads at ``height`` m above home, ``time`` s after step 0."""
     altitude = sensors.home.altitude + height
     found = pressure(altitude) + sensors.barometer_drift * time + sensors.barometer_noise * float(row[BARO])
     return Air(found, pressure_altitude(found), temperature(altitude))
 
 
-def fix(
-    sensors: Sensors,
-    memory: Memory,
-    late: VehicleState,
-    dt: float,
-    row: NDArray[np.float64],
-) -> tuple[Fix, Memory]:
+def fix(sensors: Sensors, memory: Memory, late: VehicleState, dt: float, row: Row) -> tuple[Fix, Memory]:
     """Return the fix of a receiver whose delay ago the motion was ``late``; ``dt`` s since the last one."""
     w = normals(row, GPS)
     level = gauss_markov(memory.gps, sensors.gps_walk, sensors.gps_walk_time, dt, w)

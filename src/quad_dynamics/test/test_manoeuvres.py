@@ -6,7 +6,7 @@ import pytest
 
 from quad_core.types import Quat, Vec3, VehicleState
 from quad_core.vehicle import Vehicle
-from quad_dynamics.check_plant.rules import manoeuvres, report
+from quad_dynamics.manoeuvres import manoeuvres, report
 
 VEHICLE = Vehicle(mass=2.0, gravity=10.0, inertia_xx=0.01, inertia_yy=0.02, inertia_zz=0.03)
 BY_NAME = {part.name: part for part in manoeuvres(VEHICLE)}

@@ -6,7 +6,7 @@ import time
 from quad_core.cascade import COMMAND, COMMANDING, SIMULATOR
 from quad_core.cycle import is_flyable, steps_to_cover
 from quad_core.types import VehicleState
-from quad_dynamics.check_plant.rules import manoeuvres, report
+from quad_dynamics.manoeuvres import manoeuvres, report
 from quad_msgs.msg import FlightPlan, FlightState
 from quad_msgs.msg import VehicleState as VehicleStateMsg
 from quad_node.codec import UNUSABLE, pack_wrench, unpacker

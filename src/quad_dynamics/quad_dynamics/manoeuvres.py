@@ -1,4 +1,4 @@
-"""What a quadrotor in ENU and FLU must do in short manoeuvres from hover. No ROS."""
+"""What a quadrotor in ENU and FLU must do in the short manoeuvres from hover of check_plant. No ROS."""
 
 import math
 from collections.abc import Callable, Mapping
