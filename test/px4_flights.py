@@ -41,11 +41,8 @@ VEHICLE, GAINS = CONFIG / "vehicles/x500.yaml", CONFIG / "controllers/x500.yaml"
 
 def environment() -> dict[str, str]:
     """Return the environment in which px4_msgs is found; builds it where it lacks."""
-    sources = [
-        HERE / "px4_msgs/CMakeLists.txt",
-        HERE / "px4_msgs/package.xml",
-        *sorted(HERE.glob("px4_msgs/msg/*.msg")),
-    ]
+    package = HERE / "px4_msgs"
+    sources = [package / "CMakeLists.txt", package / "package.xml", *sorted(package.glob("msg/*.msg"))]
     key = hashlib.sha256(b"".join([sys.prefix.encode(), *(path.read_bytes() for path in sources)])).hexdigest()[:16]
     prefix = ROOT / ".cache" / f"px4_msgs-{key}"
     prefix.parent.mkdir(exist_ok=True)

@@ -39,16 +39,13 @@ def checked(vehicle, *both):
             process.wait()
 
 
-@pytest.mark.parametrize(
-    ("vehicle", "both"),
-    [
-        pytest.param(simulator(), ["-p", "flight.run_id:=check"], id="simulator"),
-        pytest.param(simulator(), REAL_TIME, id="simulator_real_time", marks=pytest.mark.wall_clock),
-        pytest.param(simulator("-p", "plant:=mujoco"), [], id="mujoco"),
-        pytest.param(EXAMPLE, [], id="example"),
-        pytest.param(EXAMPLE, REAL_TIME, id="example_real_time", marks=pytest.mark.wall_clock),
-    ],
-)
+@pytest.mark.parametrize(("vehicle", "both"), [
+    pytest.param(simulator(), ["-p", "flight.run_id:=check"], id="simulator"),
+    pytest.param(simulator(), REAL_TIME, id="simulator_real_time", marks=pytest.mark.wall_clock),
+    pytest.param(simulator("-p", "plant:=mujoco"), [], id="mujoco"),
+    pytest.param(EXAMPLE, [], id="example"),
+    pytest.param(EXAMPLE, REAL_TIME, id="example_real_time", marks=pytest.mark.wall_clock),
+])  # fmt: skip
 def test_a_vehicle_of_the_stack_is_kept(vehicle, both):
     done = checked(vehicle, *both)
     assert done.returncode == 0, done.stdout + done.stderr

@@ -105,15 +105,3 @@ def test_a_boot_script_that_closed_the_streams_costs_the_words_alone(tmp_path):
     assert (bag.truncated, bag.metadata["outcome"]) == (False, "ended")
     done = subprocess.run(["bash", "-c", f"exec {sys.executable} -m quad_flight_log.cli check {out} >&-"], check=False)
     assert done.returncode == 0
-
-
-def test_a_pipe_that_nobody_reads_any_more_costs_the_words_alone(tmp_path):
-    """As of `scripts/fly 2>&1 | head -3`."""
-    out = tmp_path / "bag"
-    flight = start("hover", "--duration", "30", "--out", out)
-    wait_until_flying(flight, out)
-    flight.stdout.close()
-    flight.stderr.close()
-    assert flight.wait(120) == 0
-    bag = open_flight(out)
-    assert (bag.truncated, bag.metadata["outcome"]) == (False, "ended")

@@ -163,22 +163,16 @@ def test_flights_that_start_together_get_numbers_of_their_own(tmp_path, monkeypa
     assert {path.name for path in found} == {f"case1-1-{number}" for number in range(1, 41)}
 
 
-@pytest.mark.parametrize(
-    ("settings", "words"),
-    [
-        (
-            {"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"},
-            ["RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp", "rmw_fastrtps_cpp"],
-        ),
-        ({"RMW_IMPLEMENTATION": "none_cpp"}, ["RMW_IMPLEMENTATION", "none_cpp"]),
-        ({"ROS_DISCOVERY_SERVER": "127.0.0.1:11811"}, ["ROS_DISCOVERY_SERVER=127.0.0.1:11811", "did not find each"]),
-        ({"PYTHONPATH": "rclpy"}, ["PYTHONPATH", "rclpy in "]),
-        ({"PYTHONPATH": "numpy"}, ["PYTHONPATH", "numpy in "]),
-        ({"PYTHONPATH": "yaml"}, ["PYTHONPATH", "yaml in "]),
-        ({"PYTHONPATH": "rcl_interfaces"}, ["PYTHONPATH", "rcl_interfaces in "]),
-        ({"ROS_DOMAIN_ID": "three"}, ["ROS_DOMAIN_ID", "three"]),
-    ],
-)
+@pytest.mark.parametrize(("settings", "words"), [
+    ({"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"}, ["RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp", "rmw_fastrtps_cpp"]),
+    ({"RMW_IMPLEMENTATION": "none_cpp"}, ["RMW_IMPLEMENTATION", "none_cpp"]),
+    ({"ROS_DISCOVERY_SERVER": "127.0.0.1:11811"}, ["ROS_DISCOVERY_SERVER=127.0.0.1:11811", "did not find each"]),
+    ({"PYTHONPATH": "rclpy"}, ["PYTHONPATH", "rclpy in "]),
+    ({"PYTHONPATH": "numpy"}, ["PYTHONPATH", "numpy in "]),
+    ({"PYTHONPATH": "yaml"}, ["PYTHONPATH", "yaml in "]),
+    ({"PYTHONPATH": "rcl_interfaces"}, ["PYTHONPATH", "rcl_interfaces in "]),
+    ({"ROS_DOMAIN_ID": "three"}, ["ROS_DOMAIN_ID", "three"]),
+])  # fmt: skip
 def test_an_environment_that_lets_nothing_fly_is_named_in_one_line(settings, words, tmp_path):
     if "PYTHONPATH" in settings:  # the package of another workspace comes first
         package = tmp_path / "other" / settings["PYTHONPATH"]

@@ -114,11 +114,8 @@ def test_absurd_steps_and_numbers_and_those_of_another_run_change_nothing(tmp_pa
         made["flight/recorded"] = node.create_publisher(RecorderAck, "flight/recorded", stream(10))
         wait_until(lambda: all(each.get_subscription_count() for each in made.values()), 20.0, "subscribers")
         away = {"p_w": [100.0, 0.0, 5.0], "run": run_number("another run")}
-        good = (
-            VehicleState(**away, q_wb=[0.0, 0.0, 0.0, 1.0]),
-            TrajectoryPoint(**away),
-            AttitudeThrust(run=away["run"]),
-        )
+        far = VehicleState(**away, q_wb=[0.0, 0.0, 0.0, 1.0])
+        good = (far, TrajectoryPoint(**away), AttitudeThrust(run=away["run"]))
         run = run_number(run_id_of(flight.pid))  # it has read whose messages are accepted
         for k in range(50):
             for topic, message in zip(("state", "reference", "attitude_setpoint"), good, strict=True):

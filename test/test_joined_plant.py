@@ -70,14 +70,11 @@ def test_a_dead_controller_ends_in_a_landing_with_its_topic_named(tmp_path):
     assert "offboard lost" not in happened(ended)
 
 
-@pytest.mark.parametrize(
-    ("options", "owner", "words"),
-    [
-        ({"alien_clock": True}, [], "expected UXRCE_DDS_SYNCT 0"),
-        ({"leave_at": 1500}, [], "PX4 closed the connection to its simulator"),
-        ({"bad_preflight": True}, ["-p", "flight.start_timeout:=8.0"], "pre-flight checks (attitude_invalid"),
-    ],
-)
+@pytest.mark.parametrize(("options", "owner", "words"), [
+    ({"alien_clock": True}, [], "expected UXRCE_DDS_SYNCT 0"),
+    ({"leave_at": 1500}, [], "PX4 closed the connection to its simulator"),
+    ({"bad_preflight": True}, ["-p", "flight.start_timeout:=8.0"], "pre-flight checks (attitude_invalid"),
+])  # fmt: skip
 def test_what_ends_a_flight_is_said(tmp_path, options, owner, words):
     ended = flown(tmp_path / "flight", "joined", options, WHOLE, *owner)
     assert ended.code == 1, ended.output

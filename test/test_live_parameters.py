@@ -29,13 +29,10 @@ def set_parameter(node_name, name, value):
         return future.result().results[0].successful
 
 
-@pytest.mark.parametrize(
-    "mode",
-    [
-        pytest.param((), id="lockstep"),
-        pytest.param(("--realtime", *PATIENT), id="realtime", marks=pytest.mark.wall_clock),
-    ],
-)
+@pytest.mark.parametrize("mode", [
+    pytest.param((), id="lockstep"),
+    pytest.param(("--realtime", *PATIENT), id="realtime", marks=pytest.mark.wall_clock),
+])  # fmt: skip
 def test_a_live_change_is_recorded_as_it_was_flown(tmp_path, mode, monkeypatch):
     out = tmp_path / "bag"
     flying = start("hover", "--duration", "2", *mode, "--domain", str(DOMAIN), "--out", out)

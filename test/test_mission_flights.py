@@ -9,17 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from ament_index_python.packages import get_package_prefix
-from flying import (
-    alive,
-    finish,
-    flown,
-    hash_of,
-    in_domain,
-    start,
-    stranger,
-    wait_until,
-    wait_until_flying,
-)
+from flying import alive, finish, flown, hash_of, in_domain, start, stranger, wait_until, wait_until_flying
 from rclpy.executors import SingleThreadedExecutor
 
 from quad_core.enumerations import Mode
@@ -55,15 +45,7 @@ def touchdown(flight):
 
 def test_a_mission_in_lockstep_repeats_to_the_bit(tmp_path):
     first = flown(*MISSION, "--out", tmp_path / "first")
-    assert entered(first) == [
-        Mode.ARMING,
-        Mode.TAKEOFF,
-        Mode.HOLD,
-        Mode.MISSION,
-        Mode.HOLD,
-        Mode.LAND,
-        Mode.DISARMED,
-    ]
+    assert entered(first) == [Mode.ARMING, Mode.TAKEOFF, Mode.HOLD, Mode.MISSION, Mode.HOLD, Mode.LAND, Mode.DISARMED]
     reference = first.array("reference")
     arrived = np.isclose(reference["p_w"], [0.5, 0.0, 1.5]).all(axis=1) & np.isclose(reference["yaw"], np.radians(45.0))
     assert arrived.any()
@@ -138,11 +120,8 @@ def test_hold_and_land_are_asked_for_in_flight(tmp_path):
     assert abs(touchdown(bag)[0]) < 0.01
     steps = [int(found) for found in re.findall(r"done at step (\d+)", sent.stdout + held.stdout + landing.stdout)]
     modes = bag.array("flight/mode")
-    assert [int(modes["mode"][np.searchsorted(modes["step"], step)]) for step in steps] == [
-        Mode.HOLD,
-        Mode.HOLD,
-        Mode.LAND,
-    ]
+    flown = [int(modes["mode"][np.searchsorted(modes["step"], step)]) for step in steps]
+    assert flown == [Mode.HOLD, Mode.HOLD, Mode.LAND]
     events = bag.array("flight/events")
     asked = [
         text.split()[::2][:2]

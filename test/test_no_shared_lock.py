@@ -18,13 +18,10 @@ SHADOWS = ("--shadow", "position=aibs", "--shadow", "attitude=abfnitsm")
 QUEUE = re.compile(r"/dev/shm/\S*fastrtps")
 
 
-@pytest.mark.parametrize(
-    "clock",
-    [
-        pytest.param(("--realtime", "--duration", "5", *SHADOWS), id="real", marks=pytest.mark.wall_clock),
-        pytest.param(("--duration", "4"), id="lockstep"),
-    ],
-)
+@pytest.mark.parametrize("clock", [
+    pytest.param(("--realtime", "--duration", "5", *SHADOWS), id="real", marks=pytest.mark.wall_clock),
+    pytest.param(("--duration", "4"), id="lockstep"),
+])  # fmt: skip
 def test_no_node_has_shared_memory_and_datagrams_on_every_port_change_nothing(tmp_path, clock):
     out = tmp_path / "bag"
     process = start("hover", *clock, "--limits", "position_max=0.1", "--out", out)

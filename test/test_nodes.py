@@ -37,16 +37,13 @@ def test_help_says_how_it_is_started_and_where_the_parameters_are():
     assert "docs/reference/parameters/simulator.md" in done.stdout
 
 
-@pytest.mark.parametrize(
-    ("role", "argument", "words"),
-    [
-        ("simulator", "vehicle.mass:=-1.0", ["vehicle.mass", "-1.0", "0.001"]),
-        ("trajectory", "hover.duration:='long'", ["hover.duration", "long"]),
-        ("position_controller", "law:=lqr", ["lqr", "aibs"]),
-        ("recorder", "finish_timeout:='soon'", ["finish_timeout", "soon", "number"]),
-        ("recorder", "directory:=/", ["directory", "/"]),
-    ],
-)
+@pytest.mark.parametrize(("role", "argument", "words"), [
+    ("simulator", "vehicle.mass:=-1.0", ["vehicle.mass", "-1.0", "0.001"]),
+    ("trajectory", "hover.duration:='long'", ["hover.duration", "long"]),
+    ("position_controller", "law:=lqr", ["lqr", "aibs"]),
+    ("recorder", "finish_timeout:='soon'", ["finish_timeout", "soon", "number"]),
+    ("recorder", "directory:=/", ["directory", "/"]),
+])  # fmt: skip
 def test_a_bad_parameter_is_refused_by_name(role, argument, words):
     done = call(role, "--ros-args", "-p", argument)
     assert done.returncode == 2, done.stderr
@@ -64,14 +61,11 @@ EXECUTABLES = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("package", "name", "words"),
-    [
-        *((package, name, ["--nonsense"]) for package, name in EXECUTABLES),
-        ("quad_dynamics", "simulator", ["-p", "flight.seed:=7"]),
-        ("quad_dynamics", "simulator", ["--ros-args", "--nonsense"]),
-    ],
-)
+@pytest.mark.parametrize(("package", "name", "words"), [
+    *((package, name, ["--nonsense"]) for package, name in EXECUTABLES),
+    ("quad_dynamics", "simulator", ["-p", "flight.seed:=7"]),
+    ("quad_dynamics", "simulator", ["--ros-args", "--nonsense"]),
+])  # fmt: skip
 def test_unknown_words_are_refused(package, name, words):
     path = Path(get_package_prefix(package), "lib", package, name)
     done = subprocess.run([path, *words], capture_output=True, text=True, timeout=60, check=False)
@@ -80,15 +74,12 @@ def test_unknown_words_are_refused(package, name, words):
     assert any(word in done.stderr for word in words) or "COMMAND" in done.stderr
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("/**:\n  ros__parameters: {vehicle: {mass: -1.0}}\n", ["vehicle.mass", "-1.0", "0.001"]),
-        ("/**:\n  ros__parameters: {hover: {duration: long}}\n", ["hover.duration", "long"]),
-        ("trajectry:\n  ros__parameters: {a: 1}\n", ["trajectry"]),
-        ("trajectory:\n  ros__parameters: {period_steps: 5, period_steps: 6}\n", ["twice"]),
-    ],
-)
+@pytest.mark.parametrize(("text", "words"), [
+    ("/**:\n  ros__parameters: {vehicle: {mass: -1.0}}\n", ["vehicle.mass", "-1.0", "0.001"]),
+    ("/**:\n  ros__parameters: {hover: {duration: long}}\n", ["hover.duration", "long"]),
+    ("trajectry:\n  ros__parameters: {a: 1}\n", ["trajectry"]),
+    ("trajectory:\n  ros__parameters: {period_steps: 5, period_steps: 6}\n", ["twice"]),
+])  # fmt: skip
 def test_a_bad_parameter_file_is_refused_by_name(tmp_path, text, words):
     good, bad = tmp_path / "good.yaml", tmp_path / "bad.yaml"
     good.write_text("/**:\n  ros__parameters: {vehicle: {mass: 0.6}}\n", encoding="utf-8")

@@ -10,10 +10,7 @@ ORDERS = {
     "named last": [{"/**": {"a": 1, "b": 1}, "/**/recorder": {"a": 2}}],
     "wildcard last": [{"/**/recorder": {"a": 2}, "/**": {"a": 1, "b": 1}}],
     "a later file": [{"/one/recorder": {"a": 2}}, {"/one/recorder": {"a": 3}, "/two/recorder": {"a": 4}}],
-    "a later file, the section of an earlier one": [
-        {"/**": {"a": 1, "b": 1}, "/one/recorder": {"a": 2}},
-        {"/**": {"a": 5}},
-    ],
+    "a later file, an earlier section": [{"/**": {"a": 1, "b": 1}, "/one/recorder": {"a": 2}}, {"/**": {"a": 5}}],
     "a later file, a section of its own": [{"/one/recorder": {"a": 2, "b": 1}}, {"/**": {"a": 5}}],
 }
 

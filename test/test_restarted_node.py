@@ -29,14 +29,11 @@ def killed_and_started_again(pid, log):
         process.wait()
 
 
-@pytest.mark.parametrize(
-    ("role", "gives", "words"),
-    [
-        ("attitude_controller", "wrench_setpoint", ["hover", *flying.LOW, "--duration", "60"]),
-        # begun anew it would be DISARMED, and the motors off
-        ("commander", "flight/mode", ["--mission", "takeoff,hold:60,land"]),
-    ],
-)
+@pytest.mark.parametrize(("role", "gives", "words"), [
+    ("attitude_controller", "wrench_setpoint", ["hover", *flying.LOW, "--duration", "60"]),
+    # begun anew it would be DISARMED, and the motors off
+    ("commander", "flight/mode", ["--mission", "takeoff,hold:60,land"]),
+])  # fmt: skip
 def test_a_node_that_was_started_again_stays_silent(tmp_path, role, gives, words):
     out, log = tmp_path / "bag", tmp_path / "again.log"
     # patient, so that the plant still waits when the new process is there

@@ -84,20 +84,17 @@ def assert_same(bag, result):
             assert bits(found[name]) == bits(rows[name]), f"{topic}.{name}"
 
 
-@pytest.mark.parametrize(
-    ("case", "choices", "compiled"),
-    [
-        pytest.param(
-            "case1",
-            {"seed": 4, "plant": "paper", "preset": "minimal", "start": "printed", "duration": 2.0},
-            False,
-            id="case1",
-        ),
-        pytest.param("case2", {"seed": 3, "settings": LATE}, True, id="case2, predicted, compiled"),
-        pytest.param("hover", {"seed": 5, "plant": "mujoco"}, False, id="hover, MuJoCo"),
-        pytest.param("flight", {"seed": 3, "vehicle": "x500", "preset": "x500"}, False, id="outdoor"),
-    ],
-)
+@pytest.mark.parametrize(("case", "choices", "compiled"), [
+    pytest.param(
+        "case1",
+        {"seed": 4, "plant": "paper", "preset": "minimal", "start": "printed", "duration": 2.0},
+        False,
+        id="case1",
+    ),
+    pytest.param("case2", {"seed": 3, "settings": LATE}, True, id="case2, predicted, compiled"),
+    pytest.param("hover", {"seed": 5, "plant": "mujoco"}, False, id="hover, MuJoCo"),
+    pytest.param("flight", {"seed": 3, "vehicle": "x500", "preset": "x500"}, False, id="outdoor"),
+])  # fmt: skip
 def test_ros_flight_has_the_bits_of_the_flight_without_ros_and_replays(tmp_path, case, choices, compiled):
     choices = {"duration": 1.0, **choices}
     bag = flown(*words_of(case, **choices), "--limits", "position_max=15", "--out", tmp_path / "bag")

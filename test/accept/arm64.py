@@ -168,16 +168,8 @@ def pip(*words):
     """Return the command that takes what .cache/arm64/asked.txt names, as wheels for ARM64 alone."""
     tags = ["manylinux2014_aarch64", *(f"manylinux_2_{n}_aarch64" for n in (17, 24, 26, 27, 28, 31, 34))]
     platforms = [word for tag in tags for word in ("--platform", tag)]
-    own = [
-        "--no-deps",
-        "--require-hashes",
-        "--only-binary",
-        ":all:",
-        "--python-version",
-        PYTHON,
-        "--implementation",
-        "cp",
-    ]
+    own = ["--no-deps", "--require-hashes", "--only-binary", ":all:"]
+    own += ["--python-version", PYTHON, "--implementation", "cp"]
     return [sys.executable, "-m", "pip", *words, *own, *platforms, "-r", str(CACHE / "asked.txt")]
 
 

@@ -14,6 +14,11 @@ from sympy import Abs, Piecewise, Rational, atan, cos, diag, exp, sec, sin, sqrt
 t = sp.Symbol("t", real=True)
 
 
+def matrix(*rows: sp.Expr | list[sp.Expr]) -> sp.Matrix:
+    """Return the matrix with these rows."""
+    return sp.Matrix(rows)
+
+
 def of_time(name: str) -> Any:
     """Return a real quantity that depends on time."""
     return sp.Function(name, real=True)(t)
@@ -68,20 +73,18 @@ velocity = sp.Matrix([x8, x10, x12])
 omega = sp.Matrix([p, q, r])
 
 # Eq. 4: body to world, Z-Y-X.
-EQ4 = sp.Matrix(
+EQ4 = matrix(
     [
-        [
-            cos(theta) * cos(psi),
-            sin(theta) * sin(phi) * cos(psi) - cos(phi) * sin(psi),
-            cos(phi) * sin(theta) * cos(psi) + sin(phi) * sin(psi),
-        ],
-        [
-            cos(theta) * sin(psi),
-            sin(theta) * sin(phi) * sin(psi) + cos(phi) * cos(psi),
-            cos(phi) * sin(theta) * sin(psi) - sin(phi) * cos(psi),
-        ],
-        [-sin(theta), sin(phi) * cos(theta), cos(phi) * cos(theta)],
-    ]
+        cos(theta) * cos(psi),
+        sin(theta) * sin(phi) * cos(psi) - cos(phi) * sin(psi),
+        cos(phi) * sin(theta) * cos(psi) + sin(phi) * sin(psi),
+    ],
+    [
+        cos(theta) * sin(psi),
+        sin(theta) * sin(phi) * sin(psi) + cos(phi) * cos(psi),
+        cos(phi) * sin(theta) * sin(psi) - sin(phi) * cos(psi),
+    ],
+    [-sin(theta), sin(phi) * cos(theta), cos(phi) * cos(theta)],
 )
 
 # Eq. 2: thrust in the world frame; Eq. 3: collective thrust of the rotors.
@@ -148,22 +151,18 @@ def eq11(drag_force: sp.Matrix, drag_torque: sp.Matrix) -> tuple[sp.Matrix, sp.M
 
 
 # Eq. 13: Euler rates from body rates; the printed vector has lost r.
-EQ13_MATRIX = sp.Matrix(
-    [
-        [1, sin(phi) * tan(theta), cos(phi) * tan(theta)],
-        [0, cos(phi), -sin(phi)],
-        [0, sin(phi) * sec(theta), cos(phi) * sec(theta)],
-    ]
+EQ13_MATRIX = matrix(
+    [1, sin(phi) * tan(theta), cos(phi) * tan(theta)],
+    [0, cos(phi), -sin(phi)],
+    [0, sin(phi) * sec(theta), cos(phi) * sec(theta)],
 )
 EQ13 = EQ13_MATRIX * omega
 
 # Eq. 15: virtual position inputs.
-EQ15 = sp.Matrix(
-    [
-        F_T / m * (cos(x1) * sin(x3) * cos(x5) + sin(x1) * sin(x5)),
-        F_T / m * (cos(x1) * sin(x3) * sin(x5) - sin(x1) * cos(x5)),
-        F_T / m * cos(x1) * cos(x3) - g,
-    ]
+EQ15 = matrix(
+    F_T / m * (cos(x1) * sin(x3) * cos(x5) + sin(x1) * sin(x5)),
+    F_T / m * (cos(x1) * sin(x3) * sin(x5) - sin(x1) * cos(x5)),
+    F_T / m * cos(x1) * cos(x3) - g,
 )
 
 # Eq. 17.
@@ -193,21 +192,19 @@ DAMPING = (
 
 def eq16(damping: tuple[sp.Expr, ...]) -> sp.Matrix:
     """Eq. 16: x1'..x12' (the printed vector repeats the rows of x4, x6; they stand once here)."""
-    return sp.Matrix(
-        [
-            x2,
-            a1 * x4 * x6 + damping[0] + b1 * U_phi + d_phi,
-            x4,
-            a3 * x2 * x6 + damping[1] + b2 * U_theta + d_theta,
-            x6,
-            a5 * x2 * x4 + damping[2] + b3 * U_psi + d_psi,
-            x8,
-            damping[3] + U_x + d_x,
-            x10,
-            damping[4] + U_y + d_y,
-            x12,
-            damping[5] + U_z + d_z,
-        ]
+    return matrix(
+        x2,
+        a1 * x4 * x6 + damping[0] + b1 * U_phi + d_phi,
+        x4,
+        a3 * x2 * x6 + damping[1] + b2 * U_theta + d_theta,
+        x6,
+        a5 * x2 * x4 + damping[2] + b3 * U_psi + d_psi,
+        x8,
+        damping[3] + U_x + d_x,
+        x10,
+        damping[4] + U_y + d_y,
+        x12,
+        damping[5] + U_z + d_z,
     )
 
 
@@ -234,21 +231,17 @@ EQ20 = sp.Matrix([e7**2 + k7 * Gamma7**2, e9**2 + k9 * Gamma9**2, e11**2 + k11 *
 EQ21 = {Gamma7.diff(t): e7, Gamma9.diff(t): e9, Gamma11.diff(t): e11}
 
 # Eq. 22, middle and right-hand forms.
-EQ22 = sp.Matrix(
-    [
-        e7 * (x8 - x7d.diff(t)) + k7 * Gamma7 * Gamma7.diff(t),
-        e9 * (x10 - x9d.diff(t)) + k9 * Gamma9 * Gamma9.diff(t),
-        e11 * (x12 - x11d.diff(t)) + k11 * Gamma11 * Gamma11.diff(t),
-    ]
+EQ22 = matrix(
+    e7 * (x8 - x7d.diff(t)) + k7 * Gamma7 * Gamma7.diff(t),
+    e9 * (x10 - x9d.diff(t)) + k9 * Gamma9 * Gamma9.diff(t),
+    e11 * (x12 - x11d.diff(t)) + k11 * Gamma11 * Gamma11.diff(t),
 )
 
 # Eq. 23: virtual velocities.
-EQ23 = sp.Matrix(
-    [
-        -xi7 * e7 + x7d.diff(t) - k7 * Gamma7,
-        -xi9 * e9 + x9d.diff(t) - k9 * Gamma9,
-        -xi11 * e11 + x11d.diff(t) - k11 * Gamma11,
-    ]
+EQ23 = matrix(
+    -xi7 * e7 + x7d.diff(t) - k7 * Gamma7,
+    -xi9 * e9 + x9d.diff(t) - k9 * Gamma9,
+    -xi11 * e11 + x11d.diff(t) - k11 * Gamma11,
 )
 x8d, x10d, x12d = EQ23
 EQ24 = sp.Matrix([-xi7 * e7**2, -xi9 * e9**2, -xi11 * e11**2])
@@ -261,28 +254,22 @@ e8, e10, e12 = EQ25
 EQ26 = EQ20 + sp.Matrix([e8**2, e10**2, e12**2]) / 2
 
 # Eqs. 27 and 28.
-EQ27 = sp.Matrix(
-    [
-        e7 * e7.diff(t) + k7 * Gamma7 * Gamma7.diff(t) + e8 * e8.diff(t),
-        e9 * e9.diff(t) + k9 * Gamma9 * Gamma9.diff(t) + e10 * e10.diff(t),
-        e11 * e11.diff(t) + k11 * Gamma11 * Gamma11.diff(t) + e12 * e12.diff(t),
-    ]
+EQ27 = matrix(
+    e7 * e7.diff(t) + k7 * Gamma7 * Gamma7.diff(t) + e8 * e8.diff(t),
+    e9 * e9.diff(t) + k9 * Gamma9 * Gamma9.diff(t) + e10 * e10.diff(t),
+    e11 * e11.diff(t) + k11 * Gamma11 * Gamma11.diff(t) + e12 * e12.diff(t),
 )
-EQ28 = sp.Matrix(
-    [
-        -xi7 * e7**2 + e8 * (e7 + e8.diff(t)),
-        -xi9 * e9**2 + e10 * (e9 + e10.diff(t)),
-        -xi11 * e11**2 + e12 * (e11 + e12.diff(t)),
-    ]
+EQ28 = matrix(
+    -xi7 * e7**2 + e8 * (e7 + e8.diff(t)),
+    -xi9 * e9**2 + e10 * (e9 + e10.diff(t)),
+    -xi11 * e11**2 + e12 * (e11 + e12.diff(t)),
 )
 
 # Eq. 29: left minus right is zero under the law.
-EQ29 = sp.Matrix(
-    [
-        e7 + e8.diff(t) + xi8_hat * e8,
-        e9 + e10.diff(t) + xi10_hat * e10,
-        e11 + e12.diff(t) + xi12_hat * e12,
-    ]
+EQ29 = matrix(
+    e7 + e8.diff(t) + xi8_hat * e8,
+    e9 + e10.diff(t) + xi10_hat * e10,
+    e11 + e12.diff(t) + xi12_hat * e12,
 )
 
 

@@ -42,14 +42,11 @@ def test_from_the_ground_to_the_ground():
 HOLDS = PROFILE._replace(hold=Request(MODE, 1.0, 4.0, 3.0))
 
 
-@pytest.mark.parametrize(
-    ("profile", "deaf", "phases", "requests", "words"),
-    [
-        (HOLDS, (), [Phase.HAND_BACK, Phase.RELEASED], [MODE], "too fast; PX4 was asked to hold its place"),
-        (HOLDS, {MODE}, [Phase.HAND_BACK, Phase.LAND], [MODE, MODE, LAND], "PX4 does not hold its place"),
-        (PROFILE, (), [Phase.LAND], [LAND], "too fast; PX4 lands"),
-    ],
-)
+@pytest.mark.parametrize(("profile", "deaf", "phases", "requests", "words"), [
+    (HOLDS, (), [Phase.HAND_BACK, Phase.RELEASED], [MODE], "too fast; PX4 was asked to hold its place"),
+    (HOLDS, {MODE}, [Phase.HAND_BACK, Phase.LAND], [MODE, MODE, LAND], "PX4 does not hold its place"),
+    (PROFILE, (), [Phase.LAND], [LAND], "too fast; PX4 lands"),
+])  # fmt: skip
 def test_beyond_a_limit_of_the_step_the_vehicle_is_handed_back_at_once(profile, deaf, phases, requests, words):
     flight = flying(profile=profile)
     flight.requests.clear()

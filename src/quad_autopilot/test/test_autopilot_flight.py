@@ -51,14 +51,11 @@ def test_an_answer_to_an_older_state_or_to_none_yet_is_no_command(step, age):
     assert f"answers a state {age} old, expected 0 to 0.1 s" in why
 
 
-@pytest.mark.parametrize(
-    ("value", "finite", "word"),
-    [
-        (LEVEL._replace(q_wb=Quat(0.0, 0.0, 0.0, 0.0)), True, "length 1"),
-        (LEVEL._replace(q_wb=Quat(0.0, 0.0, 0.0, 1e200)), True, "length 1"),
-        (LEVEL._replace(angles=Vec3(math.nan, 0.0, 0.0)), False, "not finite"),
-    ],
-)
+@pytest.mark.parametrize(("value", "finite", "word"), [
+    (LEVEL._replace(q_wb=Quat(0.0, 0.0, 0.0, 0.0)), True, "length 1"),
+    (LEVEL._replace(q_wb=Quat(0.0, 0.0, 0.0, 1e200)), True, "length 1"),
+    (LEVEL._replace(angles=Vec3(math.nan, 0.0, 0.0)), False, "not finite"),
+])  # fmt: skip
 def test_what_is_no_attitude_is_no_command(value, finite, word):
     flown, why = sent(value, finite=finite)
     assert flown is None

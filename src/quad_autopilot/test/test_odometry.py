@@ -26,19 +26,16 @@ def test_a_good_sample_arrives_in_our_frames():
     assert np.abs(np.dot(state.q_wb, q)) == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(
-    ("change", "word"),
-    [
-        ({"pose_frame": 2}, "pose_frame 2"),
-        ({"velocity_frame": 3}, "velocity_frame 3"),
-        ({"position": (math.nan, 0.0, 0.0)}, "not finite"),
-        ({"angular_velocity": (0.0, math.inf, 0.0)}, "not finite"),
-        ({"q": (math.nan,) * 4}, "not finite"),
-        ({"q": (0.0, 0.0, 0.0, 0.0)}, "length 1"),
-        ({"timestamp_sample": 900_000}, "not after 900000"),
-        ({"timestamp_sample": 800_000}, "not after 900000"),
-    ],
-)
+@pytest.mark.parametrize(("change", "word"), [
+    ({"pose_frame": 2}, "pose_frame 2"),
+    ({"velocity_frame": 3}, "velocity_frame 3"),
+    ({"position": (math.nan, 0.0, 0.0)}, "not finite"),
+    ({"angular_velocity": (0.0, math.inf, 0.0)}, "not finite"),
+    ({"q": (math.nan,) * 4}, "not finite"),
+    ({"q": (0.0, 0.0, 0.0, 0.0)}, "length 1"),
+    ({"timestamp_sample": 900_000}, "not after 900000"),
+    ({"timestamp_sample": 800_000}, "not after 900000"),
+])  # fmt: skip
 def test_a_sample_that_cannot_be_believed_is_dropped_with_the_reason(change, word):
     assert word in odometry.refusal(GOOD._replace(**change), 900_000)
 

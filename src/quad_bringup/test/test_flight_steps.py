@@ -58,18 +58,15 @@ def test_the_newest_bag_that_passed_opens_the_next_step(bags):
     assert steps.opening_bag("bench", OURS, [bags.folder]) is None
 
 
-@pytest.mark.parametrize(
-    ("bag", "why"),
-    [
-        ({"vehicle": "x"}, "bench-1-1: another vehicle"),
-        ({"gains": "x"}, "bench-1-1: other gains"),
-        ({"verdict": "tilt"}, "bench-1-1: Failed: tilt"),
-        ({"verdict": "cut"}, "bench-1-1: cut"),
-        ({"changed": True}, "bench-1-1: gains were changed in flight"),
-        ({"step": "hop"}, "no bag of step bench in"),
-        ({"step": "hover"}, "no bag of step bench in"),
-    ],
-)
+@pytest.mark.parametrize(("bag", "why"), [
+    ({"vehicle": "x"}, "bench-1-1: another vehicle"),
+    ({"gains": "x"}, "bench-1-1: other gains"),
+    ({"verdict": "tilt"}, "bench-1-1: Failed: tilt"),
+    ({"verdict": "cut"}, "bench-1-1: cut"),
+    ({"changed": True}, "bench-1-1: gains were changed in flight"),
+    ({"step": "hop"}, "no bag of step bench in"),
+    ({"step": "hover"}, "no bag of step bench in"),
+])  # fmt: skip
 def test_no_other_bag_opens_it_and_the_command_that_does_is_named(bags, monkeypatch, bag, why):
     bags("bench-1-1", **bag)
     monkeypatch.setenv(COMMAND, "scripts/fly --step hop --mission takeoff,land --out 'a b' --vehicle mine.yaml")
@@ -87,17 +84,14 @@ def test_a_bag_whose_metadata_was_written_anew_opens_nothing(bags):
         steps.opening_bag("hop", OURS, [bags.folder])
 
 
-@pytest.mark.parametrize(
-    ("settings", "is_vehicle", "is_gains"),
-    [
-        ((), True, True),
-        (("vehicle.mass=0.57",), False, True),
-        (("position_controller.aibs.limits.tilt=0.5",), True, False),
-        (("attitude_controller.law=pid",), True, False),
-        (("flight.plant_period=1000000",), True, False),
-        (("simulator.guard.step.box=2.0", "commander.references.horizontal.speed=0.2", "flight.seed=4"), True, True),
-    ],
-)
+@pytest.mark.parametrize(("settings", "is_vehicle", "is_gains"), [
+    ((), True, True),
+    (("vehicle.mass=0.57",), False, True),
+    (("position_controller.aibs.limits.tilt=0.5",), True, False),
+    (("attitude_controller.law=pid",), True, False),
+    (("flight.plant_period=1000000",), True, False),
+    (("simulator.guard.step.box=2.0", "commander.references.horizontal.speed=0.2", "flight.seed=4"), True, True),
+])  # fmt: skip
 def test_the_hashes_are_those_of_the_vehicle_and_of_the_gains(settings, is_vehicle, is_gains):
     def found(*more):
         return steps.prints(resolve_flight(Request("hover", mission="takeoff,land", settings=more), {}), "")

@@ -85,14 +85,11 @@ def test_every_argument_reaches_fly(launch_file):
     assert found.settings == ["a.b=0 0 1"]
 
 
-@pytest.mark.parametrize(
-    ("typed", "changes", "words"),
-    [
-        (["cas:=hover"], {}, "found argument 'cas' (did you mean case?)"),
-        ([], {"realtime": "maybe"}, "realtime: found 'maybe', expected true or false"),
-        ([], {"options": "--set 'a"}, 'options: found "--set \'a", expected words as in a shell: No closing quotation'),
-    ],
-)
+@pytest.mark.parametrize(("typed", "changes", "words"), [
+    (["cas:=hover"], {}, "found argument 'cas' (did you mean case?)"),
+    ([], {"realtime": "maybe"}, "realtime: found 'maybe', expected true or false"),
+    ([], {"options": "--set 'a"}, 'options: found "--set \'a", expected words as in a shell: No closing quotation'),
+])  # fmt: skip
 def test_what_is_not_understood_is_refused_in_one_line_with_exit_code_2(
     launch_file, capsys, monkeypatch, typed, changes, words
 ):

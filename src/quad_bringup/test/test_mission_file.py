@@ -33,21 +33,18 @@ def test_items_may_be_written_as_yaml_has_them(tmp_path):
     assert read_mission(written(tmp_path, text)) == (items, None, [])
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("points: [1]", "no list items"),
-        ("items: takeoff", "no list items"),
-        ("items: [takeoff]\ncase1: {speed: 1}", "found case1"),
-        ("items: [takeoff]\nitems: [land]", "items"),
-        ("items: [takeof]", "found 'takeof' as item 1"),
-        ("items: [takeoff, case1, case2]", "found case1, case2, expected one trajectory"),
-        (FILE.replace("speed: 1.5", "sped: 1.5"), r"waypoints\.sped: .*did you mean waypoints\.speed"),
-        (FILE.replace("speed: 1.5", "speed: -1"), r"waypoints\.speed: found -1, expected"),
-        (FILE.replace("0 0 2,", "0 0,"), r"points: waypoint 1 .*found '0 0'"),
-        ("items: [", "line 2"),
-    ],
-)
+@pytest.mark.parametrize(("text", "words"), [
+    ("points: [1]", "no list items"),
+    ("items: takeoff", "no list items"),
+    ("items: [takeoff]\ncase1: {speed: 1}", "found case1"),
+    ("items: [takeoff]\nitems: [land]", "items"),
+    ("items: [takeof]", "found 'takeof' as item 1"),
+    ("items: [takeoff, case1, case2]", "found case1, case2, expected one trajectory"),
+    (FILE.replace("speed: 1.5", "sped: 1.5"), r"waypoints\.sped: .*did you mean waypoints\.speed"),
+    (FILE.replace("speed: 1.5", "speed: -1"), r"waypoints\.speed: found -1, expected"),
+    (FILE.replace("0 0 2,", "0 0,"), r"points: waypoint 1 .*found '0 0'"),
+    ("items: [", "line 2"),
+])  # fmt: skip
 def test_what_is_no_mission_is_refused_by_file_and_key(tmp_path, text, words):
     with pytest.raises(ParameterError, match=rf"--mission: .*mission\.yaml: .*{words}"):
         read_mission(written(tmp_path, text))

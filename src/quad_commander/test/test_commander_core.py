@@ -236,14 +236,11 @@ def test_on_the_ground_a_landing_asks_for_no_way_back_to_where_it_began():
         assert reference.v_w.z < 0.0
 
 
-@pytest.mark.parametrize(
-    ("asked", "seen", "text"),
-    [
-        ((), {"overruns": 0.2}, "more than 5% of the commander's cycles of a second late"),
-        ((), {"estimator_reset": True}, "estimator reset"),
-        ((PendingRequest(Request.HOLD, "pilot"),), {}, "asked for by pilot"),
-    ],
-)
+@pytest.mark.parametrize(("asked", "seen", "text"), [
+    ((), {"overruns": 0.2}, "more than 5% of the commander's cycles of a second late"),
+    ((), {"estimator_reset": True}, "estimator reset"),
+    ((PendingRequest(Request.HOLD, "pilot"),), {}, "asked for by pilot"),
+])  # fmt: skip
 @pytest.mark.parametrize("climbs", [0, 30])
 def test_a_hold_before_the_vehicle_is_clear_of_the_ground_lands_in_place(asked, seen, text, climbs):
     """It held, its motors at the weight, and slid 1.4 m in the wind."""
@@ -280,14 +277,11 @@ def test_an_operator_stops_the_way_to_a_place_by_hold():
     assert 1.0 < flight.said.reference.p_w.x < 3.0
 
 
-@pytest.mark.parametrize(
-    ("place", "reason"),
-    [
-        ((200.0, 0.0, 2.0), "goto 200 0 2, outside the fence, expected a place within -100 -100 -1 to 100 100 120 m"),
-        ((0.0, 0.0, 121.0), "goto 0 0 121, outside the fence"),
-        ((0.0, 0.0, 0.0), "goto 0 0 0, at most the height of the ground"),
-    ],
-)
+@pytest.mark.parametrize(("place", "reason"), [
+    ((200.0, 0.0, 2.0), "goto 200 0 2, outside the fence, expected a place within -100 -100 -1 to 100 100 120 m"),
+    ((0.0, 0.0, 121.0), "goto 0 0 121, outside the fence"),
+    ((0.0, 0.0, 0.0), "goto 0 0 0, at most the height of the ground"),
+])  # fmt: skip
 def test_a_place_that_must_not_be_flown_to_is_refused_by_name(place, reason):
     flight = Flight("takeoff:2,hold:600,land").go(8.0).go(DT, sent_to(*place))
     assert (flight.said.mode.answer, flight.core.mode) == (2, Mode.HOLD)

@@ -154,28 +154,25 @@ def test_a_battery_that_cannot_be_is_ignored_and_named(make, share):
     assert event.startswith(f"battery_state: found percentage {share:g}, expected 0 to 1")
 
 
-@pytest.mark.parametrize(
-    ("spoil", "reason"),
-    [
-        (lambda node: None, "plan: found none"),
-        (
-            lambda node: (
-                node.plan(),
-                node.node.links._in.update(wrench_setpoint=(SimpleNamespace(get_publisher_count=lambda: 2), "")),
-                setattr(node, "publishing", 2),
-            ),
-            "one publisher of wrench_setpoint, there are 2: /node_0, /node_1",
+@pytest.mark.parametrize(("spoil", "reason"), [
+    (lambda node: None, "plan: found none"),
+    (
+        lambda node: (
+            node.plan(),
+            node.node.links._in.update(wrench_setpoint=(SimpleNamespace(get_publisher_count=lambda: 2), "")),
+            setattr(node, "publishing", 2),
         ),
-        (
-            lambda node: (node.plan(), node.callbacks["flight/nodes"](msg.NodeStatus(node="/b/x", run_id="b2"))),
-            "run ids: found 'b2' too, expected 'a1' alone",
-        ),
-        *(
-            (lambda node, share=share: (node.plan(), node.battery(share)), f"battery_state: found percentage {share:g}")
-            for share in (15.0, -1.0)
-        ),
-    ],
-)
+        "one publisher of wrench_setpoint, there are 2: /node_0, /node_1",
+    ),
+    (
+        lambda node: (node.plan(), node.callbacks["flight/nodes"](msg.NodeStatus(node="/b/x", run_id="b2"))),
+        "run ids: found 'b2' too, expected 'a1' alone",
+    ),
+    *(
+        (lambda node, share=share: (node.plan(), node.battery(share)), f"battery_state: found percentage {share:g}")
+        for share in (15.0, -1.0)
+    ),
+])  # fmt: skip
 def test_what_is_wrong_keeps_it_on_the_ground_and_is_said(make, spoil, reason):
     node = make("mission:=takeoff,land")
     spoil(node)

@@ -23,14 +23,11 @@ def test_a_mission_is_read_in_order():
     )
 
 
-@pytest.mark.parametrize(
-    ("text", "place"),
-    [
-        ("goto:1 -2.5 3", Place(1.0, -2.5, 3.0)),
-        ("goto:1 2 3 0", Place(1.0, 2.0, 3.0, 0.0)),
-        ("goto: 1 2 3  -90deg", Place(1.0, 2.0, 3.0, -math.pi / 2.0)),
-    ],
-)
+@pytest.mark.parametrize(("text", "place"), [
+    ("goto:1 -2.5 3", Place(1.0, -2.5, 3.0)),
+    ("goto:1 2 3 0", Place(1.0, 2.0, 3.0, 0.0)),
+    ("goto: 1 2 3  -90deg", Place(1.0, 2.0, 3.0, -math.pi / 2.0)),
+])  # fmt: skip
 def test_a_place_has_three_coordinates_and_may_have_a_heading(text, place):
     (_, item, _) = parse(f"takeoff,{text}", NAMES)
     assert item == Item(Request.GOTO, place=place)

@@ -14,14 +14,8 @@ from quad_msgs.msg import AutopilotStatus, FlightPlan, NodeStatus
 from quad_node.responder import Sample
 
 GOOD = VehicleState()
-PLAN = {
-    "low": [-1.0, -1.0, 0.0],
-    "high": [1.0, 1.0, 3.0],
-    "speed": 2.0,
-    "acceleration": 1.5,
-    "tilt": 0.2,
-    "end": Time(sec=60),
-}
+BOX = {"low": [-1.0, -1.0, 0.0], "high": [1.0, 1.0, 3.0]}
+PLAN = BOX | {"speed": 2.0, "acceleration": 1.5, "tilt": 0.2, "end": Time(sec=60)}
 
 LOOKED_AT = ("states", "unmatched", "battery", "autopilot", "is_first_look")
 

@@ -37,10 +37,7 @@ points = st.builds(
 
 def axes(point):
     """Return (p, v, a) of x, y, z and yaw."""
-    return [
-        *zip(point.p_w, point.v_w, point.a_w, strict=True),
-        (point.yaw, point.yaw_rate, point.yaw_acceleration),
-    ]
+    return [*zip(point.p_w, point.v_w, point.a_w, strict=True), (point.yaw, point.yaw_rate, point.yaw_acceleration)]
 
 
 def limits_of(mode):

@@ -29,16 +29,13 @@ def test_the_most_severe_comes_first_and_equals_in_order_of_arrival():
     assert taken == ["KILL", "DESCEND", "LAND", "HOLD", "MISSION", "DISARM"]
 
 
-@pytest.mark.parametrize(
-    ("first", "second", "stays"),
-    [
-        (Request.HOLD, Request.LAND, Request.LAND),
-        (Request.LAND, Request.HOLD, Request.LAND),
-        (Request.KILL, Request.HOLD, Request.KILL),
-        (Request.LAND, Request.DISARM, Request.LAND),
-        (Request.ARM, Request.TAKEOFF, Request.TAKEOFF),
-    ],
-)
+@pytest.mark.parametrize(("first", "second", "stays"), [
+    (Request.HOLD, Request.LAND, Request.LAND),
+    (Request.LAND, Request.HOLD, Request.LAND),
+    (Request.KILL, Request.HOLD, Request.KILL),
+    (Request.LAND, Request.DISARM, Request.LAND),
+    (Request.ARM, Request.TAKEOFF, Request.TAKEOFF),
+])  # fmt: skip
 def test_of_one_sender_the_newest_waits_and_a_milder_one_hides_none(first, second, stays):
     assert all_of(queue_of(PendingRequest(first, "a"), PendingRequest(second, "a"))) == [PendingRequest(stays, "a")]
 

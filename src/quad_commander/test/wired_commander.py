@@ -36,11 +36,7 @@ class Wired(Commander):
         super().__init__()
         log = self.node.events
         log.info, log.warn = partial(self.note, FlightEvent.INFO), partial(self.note, FlightEvent.WARNING)
-        self._reference_out, self._mode_out, self._mode_shown = (
-            Wire(TrajectoryPoint),
-            Wire(FlightMode),
-            Wire(FlightMode),
-        )
+        self._reference_out, self._mode_out, self._mode_shown = map(Wire, (TrajectoryPoint, FlightMode, FlightMode))
         self.modes, self.references = self._mode_out.sent, self._reference_out.sent
         self.node.ros.count_publishers = lambda _: self.publishing
         self.node.ros.get_publishers_info_by_topic = lambda _: [

@@ -243,16 +243,13 @@ def test_stamps_that_stand_are_said_to(period_ns):
     assert one.refusal() == "est/odom: its stamps do not advance, found 0.000 s in each"
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"stamp_ns": 1_700_000_000_000_000_000}, "its stamps are of another clock: found 1700000000.000 s before"),
-        ({"stamp_ns": -100_000_000_000}, "its stamps are of another clock: found -100.000 s before the flight"),
-        ({"q_wb": Quat(1.0, 0.0, 0.0, 0.0)}, "found the vehicle 180 deg from upright before the flight"),
-        ({"q_wb": Quat(1.0, 0.0, 0.0, 0.0)}, "it looks like a quaternion in the order w, x, y, z"),
-        ({"q_wb": Quat(0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))}, "found the vehicle 90 deg from upright"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "words"), [
+    ({"stamp_ns": 1_700_000_000_000_000_000}, "its stamps are of another clock: found 1700000000.000 s before"),
+    ({"stamp_ns": -100_000_000_000}, "its stamps are of another clock: found -100.000 s before the flight"),
+    ({"q_wb": Quat(1.0, 0.0, 0.0, 0.0)}, "found the vehicle 180 deg from upright before the flight"),
+    ({"q_wb": Quat(1.0, 0.0, 0.0, 0.0)}, "it looks like a quaternion in the order w, x, y, z"),
+    ({"q_wb": Quat(0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))}, "found the vehicle 90 deg from upright"),
+])  # fmt: skip
 def test_before_the_flight_a_stamp_or_an_attitude_that_cannot_be_is_refused(changes, words):
     one = estimator(lockstep=True)
     one.wait(sample(0))

@@ -22,32 +22,26 @@ def test_nested_and_dotted_names_mean_the_same(tmp_path):
     assert read_parameter_file(written(tmp_path, nested)) == {"simulator": {"vehicle.mass": 0.6, "flight.seed": 3}}
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("simulator:\n  ros__parameters:\n    a: 1\n    a: 2\n", ["line 4", "'a'", "twice"]),
-        ("simulator:\n  ros__parameters:\n    a: {b: 1}\n    a.b: 2\n", ["a.b", "twice"]),
-        ("simulater:\n  ros__parameters: {a: 1}\n", ["simulater", "simulator"]),
-        ("simulator: {a: 1}\n", ["simulator", "ros__parameters"]),
-        ("simulator:\n  ros__parameters: [1]\n", ["ros__parameters"]),
-        ("simulator: [\n", ["line 2"]),
-        ("- 1\n", ["list"]),
-    ],
-)
+@pytest.mark.parametrize(("text", "words"), [
+    ("simulator:\n  ros__parameters:\n    a: 1\n    a: 2\n", ["line 4", "'a'", "twice"]),
+    ("simulator:\n  ros__parameters:\n    a: {b: 1}\n    a.b: 2\n", ["a.b", "twice"]),
+    ("simulater:\n  ros__parameters: {a: 1}\n", ["simulater", "simulator"]),
+    ("simulator: {a: 1}\n", ["simulator", "ros__parameters"]),
+    ("simulator:\n  ros__parameters: [1]\n", ["ros__parameters"]),
+    ("simulator: [\n", ["line 2"]),
+    ("- 1\n", ["list"]),
+])  # fmt: skip
 def test_what_rcl_would_swallow_is_an_error_with_a_place(tmp_path, text, words):
     with pytest.raises(ParameterError) as caught:
         read_parameter_file(written(tmp_path, text))
     assert all(word in str(caught.value) for word in ["flight.yaml", *words])
 
 
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("simulator: " + "[" * 20_000, ["nested more than 40 deep"]),
-        ("a: &x {b: 1}\nsimulator: *x\n", ["alias *x"]),
-        ("#" * 2_000_000, ["2000000 characters"]),
-    ],
-)
+@pytest.mark.parametrize(("text", "words"), [
+    ("simulator: " + "[" * 20_000, ["nested more than 40 deep"]),
+    ("a: &x {b: 1}\nsimulator: *x\n", ["alias *x"]),
+    ("#" * 2_000_000, ["2000000 characters"]),
+])  # fmt: skip
 def test_what_would_take_stack_or_memory_is_refused_in_one_line(tmp_path, text, words):
     path = tmp_path / "large.yaml"
     path.write_text(text)
@@ -65,16 +59,13 @@ def test_a_missing_file_is_named(tmp_path):
 TEXT = "/**:\n  ros__parameters:\n    # Größe\n    a: 1\n"
 
 
-@pytest.mark.parametrize(
-    ("data", "words"),
-    [
-        (TEXT.encode("latin-1"), "line 3: found the byte 0xf6, as Latin-1 has it, expected UTF-8: save"),
-        (TEXT.encode("utf-16"), "found UTF-16, expected UTF-8"),
-        (TEXT.encode("utf-16-le"), "found UTF-16, expected UTF-8"),
-        (TEXT.replace("    a", "\ta").encode(), "line 4: found a tab, expected blanks"),
-        (TEXT.replace("  ros", "\tros").encode(), "line 2: found a tab, expected blanks"),
-    ],
-)
+@pytest.mark.parametrize(("data", "words"), [
+    (TEXT.encode("latin-1"), "line 3: found the byte 0xf6, as Latin-1 has it, expected UTF-8: save"),
+    (TEXT.encode("utf-16"), "found UTF-16, expected UTF-8"),
+    (TEXT.encode("utf-16-le"), "found UTF-16, expected UTF-8"),
+    (TEXT.replace("    a", "\ta").encode(), "line 4: found a tab, expected blanks"),
+    (TEXT.replace("  ros", "\tros").encode(), "line 2: found a tab, expected blanks"),
+])  # fmt: skip
 def test_an_encoding_or_an_indent_that_is_none_is_named_with_what_to_do(tmp_path, data, words):
     path = tmp_path / "flight.yaml"
     path.write_bytes(data)
@@ -134,25 +125,22 @@ def test_namespaces_may_be_keys_of_their_own(tmp_path):
     assert read_parameter_file(path) == {"/uav1/simulator": {"vehicle.mass": 0.6}, "/uav1/recorder": {}}
 
 
-@pytest.mark.parametrize(
-    ("pattern", "namespace", "expected"),
-    [
-        ("simulator", "/", True),
-        ("simulator", "/uav1", False),
-        ("/**/simulator", "/", True),
-        ("/**/simulator", "/a/uav1", True),
-        ("/*/simulator", "/", False),
-        ("/*/simulator", "/uav1", True),
-        ("/uav1/**", "/uav1", True),
-        ("/uav1/**", "/uav2", False),
-        ("/*", "/", True),
-        ("/*", "/uav1", False),
-        ("/**", "/uav1", True),
-        ("/uav1/simulator", "uav1", True),
-        ("uav1/simulator", "/uav1", True),
-        ("/**/recorder", "/", False),
-    ],
-)
+@pytest.mark.parametrize(("pattern", "namespace", "expected"), [
+    ("simulator", "/", True),
+    ("simulator", "/uav1", False),
+    ("/**/simulator", "/", True),
+    ("/**/simulator", "/a/uav1", True),
+    ("/*/simulator", "/", False),
+    ("/*/simulator", "/uav1", True),
+    ("/uav1/**", "/uav1", True),
+    ("/uav1/**", "/uav2", False),
+    ("/*", "/", True),
+    ("/*", "/uav1", False),
+    ("/**", "/uav1", True),
+    ("/uav1/simulator", "uav1", True),
+    ("uav1/simulator", "/uav1", True),
+    ("/**/recorder", "/", False),
+])  # fmt: skip
 def test_patterns_reach_the_nodes_that_rclpy_gives_them_to(pattern, namespace, expected):
     """As a node of rclpy 7.1.6 named ``simulator`` had them."""
     assert reaches(pattern, "simulator", namespace) == expected

@@ -75,26 +75,23 @@ def test_what_is_built_and_flattened_comes_back(gain, count, form, on):
     assert {name: flatten(build(Outer, values))[name] for name in values} == values
 
 
-@pytest.mark.parametrize(
-    ("values", "words"),
-    [
-        ({"x.gian": 1.0}, ["p.x.gian", "unknown", "x.gain"]),
-        ({"x": 1.0}, ["p.x", "unknown"]),
-        ({"x.gain": 4.0001}, ["p.x.gain", "4.0001", "[0.5, 4.0] 1/s"]),
-        ({"x.gain": 0.4999}, ["p.x.gain", "0.4999"]),
-        ({"x.gain": True}, ["p.x.gain", "True (bool)", "a number"]),
-        ({"x.gain": "1.0"}, ["p.x.gain", "'1.0'", "a number"]),
-        ({"x.gain": math.nan}, ["p.x.gain", "nan"]),
-        ({"y.gain": math.inf}, ["p.y.gain", "inf"]),
-        ({"x.count": 10}, ["p.x.count", "10", "an integer", "[1, 9] steps"]),
-        ({"x.count": 3.0}, ["p.x.count", "3.0 (float)", "an integer"]),
-        ({"x.count": True}, ["p.x.count", "True (bool)"]),
-        ({"form": "oval"}, ["p.form", "'oval'", "round, square"]),
-        ({"form": 1}, ["p.form", "1", "round, square"]),
-        ({"on": 1}, ["p.on", "1", "true or false"]),
-        ({"name": 7}, ["p.name", "7", "text"]),
-    ],
-)
+@pytest.mark.parametrize(("values", "words"), [
+    ({"x.gian": 1.0}, ["p.x.gian", "unknown", "x.gain"]),
+    ({"x": 1.0}, ["p.x", "unknown"]),
+    ({"x.gain": 4.0001}, ["p.x.gain", "4.0001", "[0.5, 4.0] 1/s"]),
+    ({"x.gain": 0.4999}, ["p.x.gain", "0.4999"]),
+    ({"x.gain": True}, ["p.x.gain", "True (bool)", "a number"]),
+    ({"x.gain": "1.0"}, ["p.x.gain", "'1.0'", "a number"]),
+    ({"x.gain": math.nan}, ["p.x.gain", "nan"]),
+    ({"y.gain": math.inf}, ["p.y.gain", "inf"]),
+    ({"x.count": 10}, ["p.x.count", "10", "an integer", "[1, 9] steps"]),
+    ({"x.count": 3.0}, ["p.x.count", "3.0 (float)", "an integer"]),
+    ({"x.count": True}, ["p.x.count", "True (bool)"]),
+    ({"form": "oval"}, ["p.form", "'oval'", "round, square"]),
+    ({"form": 1}, ["p.form", "1", "round, square"]),
+    ({"on": 1}, ["p.on", "1", "true or false"]),
+    ({"name": 7}, ["p.name", "7", "text"]),
+])  # fmt: skip
 def test_what_does_not_fit_is_refused_by_name(values, words):
     with pytest.raises(ParameterError) as caught:
         build(Outer, values, "p.")

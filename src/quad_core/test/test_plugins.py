@@ -30,16 +30,13 @@ def register(monkeypatch):
     plugins.load.cache_clear()
 
 
-@pytest.mark.parametrize(
-    ("group", "given", "missing"),
-    [
-        (plugins.POSITION_LAW, ("Parameters", "Memory", "init"), ["Internals", "step"]),
-        (plugins.ATTITUDE_LAW, ("Parameters", "Memory", "Internals", "step"), ["init"]),
-        (plugins.TRAJECTORY, ("Parameters", "Plan", "plan", "sample"), ["duration"]),
-        (plugins.PLANT, ("Parameters", "State", "init", "step"), ["observe", "lumped"]),
-        (plugins.DISTURBANCE, (), ["Parameters", "draw", "sample"]),
-    ],
-)
+@pytest.mark.parametrize(("group", "given", "missing"), [
+    (plugins.POSITION_LAW, ("Parameters", "Memory", "init"), ["Internals", "step"]),
+    (plugins.ATTITUDE_LAW, ("Parameters", "Memory", "Internals", "step"), ["init"]),
+    (plugins.TRAJECTORY, ("Parameters", "Plan", "plan", "sample"), ["duration"]),
+    (plugins.PLANT, ("Parameters", "State", "init", "step"), ["observe", "lumped"]),
+    (plugins.DISTURBANCE, (), ["Parameters", "draw", "sample"]),
+])  # fmt: skip
 def test_what_a_module_lacks_is_named(register, group, given, missing):
     register(group, "half", **dict.fromkeys(given, len))
     with pytest.raises(plugins.PluginError) as caught:
@@ -64,14 +61,11 @@ def test_a_module_that_cannot_be_imported_is_said_with_its_name(register, monkey
         plugins.load(plugins.PLANT, "kite")
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ("a = 1\nb = c\n", r"NameError: name 'c' is not defined \(.*/kite\.py, line 2\)"),
-        ("a = 1\ndef b(:\n", r"SyntaxError: invalid syntax \(kite\.py, line 2\)"),
-        ("a = 1 / 0\n", r"ZeroDivisionError: division by zero \(.*/kite\.py, line 1\)"),
-    ],
-)
+@pytest.mark.parametrize(("text", "said"), [
+    ("a = 1\nb = c\n", r"NameError: name 'c' is not defined \(.*/kite\.py, line 2\)"),
+    ("a = 1\ndef b(:\n", r"SyntaxError: invalid syntax \(kite\.py, line 2\)"),
+    ("a = 1 / 0\n", r"ZeroDivisionError: division by zero \(.*/kite\.py, line 1\)"),
+])  # fmt: skip
 def test_a_module_with_a_mistake_is_said_with_its_line(tmp_path, monkeypatch, text, said):
     (tmp_path / "kite.py").write_text(text, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
@@ -106,14 +100,11 @@ class Undecided(NamedTuple):
     gain: Annotated[float, Real("1/s", "a gain", 0.0, 9.0)]
 
 
-@pytest.mark.parametrize(
-    ("parameters", "said"),
-    [
-        (Bare, r"Bare: found gain: float, expected Annotated\[float, \.\.\.\] with Real, Whole, Flag or Choice"),
-        (Nested, r"Bare: found inner\.gain: float, expected Annotated\[float, \.\.\.\]"),
-        (Undecided, r"missing 1 required positional argument: 'gain'"),
-    ],
-)
+@pytest.mark.parametrize(("parameters", "said"), [
+    (Bare, r"Bare: found gain: float, expected Annotated\[float, \.\.\.\] with Real, Whole, Flag or Choice"),
+    (Nested, r"Bare: found inner\.gain: float, expected Annotated\[float, \.\.\.\]"),
+    (Undecided, r"missing 1 required positional argument: 'gain'"),
+])  # fmt: skip
 def test_a_parameter_whose_value_would_be_lost_is_refused(register, parameters, said):
     register(plugins.DISTURBANCE, "breeze", Parameters=parameters, draw=len, sample=len)
     with pytest.raises(plugins.PluginError, match=r"plug-in 'breeze' \(made_up_breeze\): .*" + said):

@@ -25,14 +25,11 @@ def test_a_vehicle_that_cannot_be_is_refused(name, value):
         build(Vehicle, {name: value}, "vehicle.")
 
 
-@pytest.mark.parametrize(
-    ("changed", "named"),
-    [
-        ({"inertia_xx": 0.02}, "vehicle.inertia_xx: found 0.02 kg m^2, expected at most 0.0105"),
-        ({"inertia_yy": 0.011}, "vehicle.inertia_yy: found 0.011 kg m^2, expected at most 0.0105"),
-        ({"inertia_zz": 0.0071}, "vehicle.inertia_zz: found 0.0071 kg m^2, expected at most 0.007"),
-    ],
-)
+@pytest.mark.parametrize(("changed", "named"), [
+    ({"inertia_xx": 0.02}, "vehicle.inertia_xx: found 0.02 kg m^2, expected at most 0.0105"),
+    ({"inertia_yy": 0.011}, "vehicle.inertia_yy: found 0.011 kg m^2, expected at most 0.0105"),
+    ({"inertia_zz": 0.0071}, "vehicle.inertia_zz: found 0.0071 kg m^2, expected at most 0.007"),
+])  # fmt: skip
 def test_an_inertia_that_no_body_has_is_refused(changed, named):
     check_inertia(Vehicle())
     check_inertia(Vehicle(inertia_zz=0.00706))  # rounded

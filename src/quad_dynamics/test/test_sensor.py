@@ -100,13 +100,11 @@ def turning(count):
     ]
 
 
+PERIODS = st.integers(1, 7)
+
+
 @settings(max_examples=40, deadline=None)
-@given(
-    st.integers(0, 60),
-    st.tuples(*[st.integers(0, 200)] * 4),
-    st.tuples(*[st.integers(1, 30)] * 3),
-    st.integers(1, 7),
-)
+@given(st.integers(0, 60), st.tuples(*[st.integers(0, 200)] * 4), st.tuples(*[st.integers(1, 30)] * 3), PERIODS)
 def test_every_channel_is_the_truth_of_its_own_age_and_rate(common, extra, every, period):
     truths = turning(300)
     named = dict(zip(("position", "velocity", "attitude", "rate"), extra, strict=True))

@@ -136,25 +136,22 @@ def test_a_longer_flight_begins_like_a_shorter_one_and_seeds_differ():
     assert short != [at(ALL, time, 5, 10.0) for time in times]
 
 
-@pytest.mark.parametrize(
-    ("line", "problem"),
-    [
-        ("typhoon start=1", "unknown kind 'typhoon'; expected one of wind, gust"),
-        ("wind start=1", "velocity= is missing"),
-        ("wind velocity=1,2", "expected x,y,z in m/s"),
-        ("wind velocity=1,2,fast", "velocity: found 'fast'"),
-        ("wind velocity=1,2,nan", "velocity: found 'nan'"),
-        ("wind velocity=1,2,3 speed=4", "found 'speed=4', expected some of start=, end=, velocity="),
-        ("wind velocity=1,2,3 velocity=1,2,3", "velocity stands twice"),
-        ("gust start=1 velocity=1,0,0", "a gust needs end="),
-        ("push start=5 end=4 force=1,0,0", "end: found 4, expected more than start, 5"),
-        ("push start=-1 force=1,0,0", r"start: found '-1', expected a number in \[0, 7200\] s"),
-        ("push start=9999 force=1,0,0", "start: found '9999'"),
-        ("rotor number=5 effectiveness=0", "number: found '5'"),
-        ("rotor number=1.5 effectiveness=0", "expected 1, 2, 3 or 4"),
-        ("battery limit=0", "limit: found '0'"),
-    ],
-)
+@pytest.mark.parametrize(("line", "problem"), [
+    ("typhoon start=1", "unknown kind 'typhoon'; expected one of wind, gust"),
+    ("wind start=1", "velocity= is missing"),
+    ("wind velocity=1,2", "expected x,y,z in m/s"),
+    ("wind velocity=1,2,fast", "velocity: found 'fast'"),
+    ("wind velocity=1,2,nan", "velocity: found 'nan'"),
+    ("wind velocity=1,2,3 speed=4", "found 'speed=4', expected some of start=, end=, velocity="),
+    ("wind velocity=1,2,3 velocity=1,2,3", "velocity stands twice"),
+    ("gust start=1 velocity=1,0,0", "a gust needs end="),
+    ("push start=5 end=4 force=1,0,0", "end: found 4, expected more than start, 5"),
+    ("push start=-1 force=1,0,0", r"start: found '-1', expected a number in \[0, 7200\] s"),
+    ("push start=9999 force=1,0,0", "start: found '9999'"),
+    ("rotor number=5 effectiveness=0", "number: found '5'"),
+    ("rotor number=1.5 effectiveness=0", "expected 1, 2, 3 or 4"),
+    ("battery limit=0", "limit: found '0'"),
+])  # fmt: skip
 def test_what_is_refused_names_line_found_and_expected(line, problem):
     with pytest.raises(ParameterError, match=f"events: {re.escape(repr(line))}: .*{problem}"):
         timeline.check(Parameters(f"# a scenario\n{line}\n"))

@@ -37,15 +37,12 @@ def test_no_field_of_a_command_may_be_other_than_finite(place, value):
     assert refusal(Wrench(numbers[0], Vec3(*numbers[1:]))) == CommandRefusal.NOT_FINITE
 
 
-@pytest.mark.parametrize(
-    ("step", "expected"),
-    [
-        *((100 + ahead, CommandRefusal.AHEAD) for ahead in (2**62, 1)),
-        *((100 - age, CommandRefusal.ACCEPTED) for age in (0, 30, 50)),
-        *((100 - age, CommandRefusal.TOO_OLD) for age in (51, 75)),
-        *((step, CommandRefusal.NOT_NEWER) for step in (0, -1, -100)),
-    ],
-)
+@pytest.mark.parametrize(("step", "expected"), [
+    *((100 + ahead, CommandRefusal.AHEAD) for ahead in (2**62, 1)),
+    *((100 - age, CommandRefusal.ACCEPTED) for age in (0, 30, 50)),
+    *((100 - age, CommandRefusal.TOO_OLD) for age in (51, 75)),
+    *((step, CommandRefusal.NOT_NEWER) for step in (0, -1, -100)),
+])  # fmt: skip
 def test_a_command_is_newer_than_the_last_at_most_100_ms_old_and_answers_a_published_state(step, expected):
     assert refusal(step=step, now=100, last=0) == expected
 
@@ -59,13 +56,10 @@ def test_a_sample_ahead_of_the_vehicle_s_time_permits_no_command_ahead_of_it():
     assert owner.refusals[0] == CommandRefusal.AHEAD
 
 
-@pytest.mark.parametrize(
-    ("wrench", "expected"),
-    [
-        *((Wrench(thrust, Vec3()), CommandRefusal.THRUST) for thrust in (1e6, -1e6, 2.01 * 3.0 * 0.56 * 9.8)),
-        *((Wrench(5.0, Vec3(**{axis: 1e6})), CommandRefusal.TORQUE) for axis in "xyz"),
-    ],
-)
+@pytest.mark.parametrize(("wrench", "expected"), [
+    *((Wrench(thrust, Vec3()), CommandRefusal.THRUST) for thrust in (1e6, -1e6, 2.01 * 3.0 * 0.56 * 9.8)),
+    *((Wrench(5.0, Vec3(**{axis: 1e6})), CommandRefusal.TORQUE) for axis in "xyz"),
+])  # fmt: skip
 def test_thrust_and_torque_are_those_of_the_vehicle(wrench, expected):
     assert refusal(wrench) == expected
 

@@ -23,19 +23,16 @@ def at(p=(0.0, 0.0, 0.5), v=(0.0, 0.0, 0.0), roll=0.0):
     return sample
 
 
-@pytest.mark.parametrize(
-    ("sample", "reason"),
-    [
-        (at(p=(0.99, -0.99, 0.99)), None),
-        (at(p=(1.01, 0.0, 0.5)), GuardReason.STEP_BOX),
-        (at(p=(0.0, -1.01, 0.5)), GuardReason.STEP_BOX),
-        (at(p=(0.0, 0.0, 1.01)), GuardReason.STEP_BOX),
-        (at(v=(0.3, 0.3, 0.2)), None),
-        (at(v=(0.3, 0.3, 0.3)), GuardReason.STEP_SPEED),
-        (at(roll=9.9), None),
-        (at(roll=-10.1), GuardReason.STEP_TILT),
-    ],
-)
+@pytest.mark.parametrize(("sample", "reason"), [
+    (at(p=(0.99, -0.99, 0.99)), None),
+    (at(p=(1.01, 0.0, 0.5)), GuardReason.STEP_BOX),
+    (at(p=(0.0, -1.01, 0.5)), GuardReason.STEP_BOX),
+    (at(p=(0.0, 0.0, 1.01)), GuardReason.STEP_BOX),
+    (at(v=(0.3, 0.3, 0.2)), None),
+    (at(v=(0.3, 0.3, 0.3)), GuardReason.STEP_SPEED),
+    (at(roll=9.9), None),
+    (at(roll=-10.1), GuardReason.STEP_TILT),
+])  # fmt: skip
 def test_beyond_a_limit_of_the_step_the_guard_flies_at_once(sample, reason):
     owner = Owner(step=HOP, state=ANYWHERE)
     owner.once(sample=at()(owner))

@@ -79,16 +79,13 @@ def test_disarmed_motors_do_nothing():
     assert wrench([0.5] * 4, mode=1) == (0.0, Vec3(0.0, 0.0, 0.0))
 
 
-@pytest.mark.parametrize(
-    ("answer", "words"),
-    [
-        (answer([0.5, math.nan, 0.5, 0.5]), "controls[1]: found nan, expected 0 to 1"),
-        (answer([0.5, 0.5, 0.5, 1.1]), "controls[3]: found 1.1"),
-        (answer([-0.1, 0.5, 0.5, 0.5]), "controls[0]: found -0.1"),
-        (answer([0.5] * 4, flags=0), "lockstep"),
-        (answer([0.5] * 4, time_usec=4001), "time_usec: found 4001, expected at most our clock's 4000"),
-    ],
-)
+@pytest.mark.parametrize(("answer", "words"), [
+    (answer([0.5, math.nan, 0.5, 0.5]), "controls[1]: found nan, expected 0 to 1"),
+    (answer([0.5, 0.5, 0.5, 1.1]), "controls[3]: found 1.1"),
+    (answer([-0.1, 0.5, 0.5, 0.5]), "controls[0]: found -0.1"),
+    (answer([0.5] * 4, flags=0), "lockstep"),
+    (answer([0.5] * 4, time_usec=4001), "time_usec: found 4001, expected at most our clock's 4000"),
+])  # fmt: skip
 def test_answers_that_cannot_be_flown_are_refused_with_the_field(answer, words):
     assert words in motors.refusal(answer, 4000)
 

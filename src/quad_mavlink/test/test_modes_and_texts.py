@@ -19,24 +19,21 @@ def heartbeat(*values):
     return SimpleNamespace(**dict(zip(("autopilot", "base_mode", "custom_mode", "system_status"), values, strict=True)))
 
 
-@pytest.mark.parametrize(
-    ("autopilot", "custom_mode", "name", "control"),
-    [
-        (PX4, 6 << 16, "OFFBOARD", Control.OURS),
-        (PX4, 3 << 16, "POSCTL", Control.OTHER),
-        (PX4, 4 << 16 | 6 << 24, "AUTO_LAND", Control.LANDING),
-        (PX4, 4 << 16 | 9 << 24, "AUTO_PRECLAND", Control.LANDING),
-        (PX4, 4 << 16 | 5 << 24, "AUTO_RTL", Control.OTHER),
-        (PX4, 4 << 16 | 10 << 24, "AUTO_VTOL_TAKEOFF", Control.OTHER),
-        (PX4, 99 << 16, "mode 99", Control.OTHER),
-        (PX4, 6, "mode 0", Control.OTHER),
-        (ARDUPILOT, 4, "GUIDED", Control.OURS),
-        (ARDUPILOT, 9, "LAND", Control.LANDING),
-        (ARDUPILOT, 5, "LOITER", Control.OTHER),
-        (ARDUPILOT, 20, "GUIDED_NOGPS", Control.OTHER),
-        (ARDUPILOT, 77, "mode 77", Control.OTHER),
-    ],
-)
+@pytest.mark.parametrize(("autopilot", "custom_mode", "name", "control"), [
+    (PX4, 6 << 16, "OFFBOARD", Control.OURS),
+    (PX4, 3 << 16, "POSCTL", Control.OTHER),
+    (PX4, 4 << 16 | 6 << 24, "AUTO_LAND", Control.LANDING),
+    (PX4, 4 << 16 | 9 << 24, "AUTO_PRECLAND", Control.LANDING),
+    (PX4, 4 << 16 | 5 << 24, "AUTO_RTL", Control.OTHER),
+    (PX4, 4 << 16 | 10 << 24, "AUTO_VTOL_TAKEOFF", Control.OTHER),
+    (PX4, 99 << 16, "mode 99", Control.OTHER),
+    (PX4, 6, "mode 0", Control.OTHER),
+    (ARDUPILOT, 4, "GUIDED", Control.OURS),
+    (ARDUPILOT, 9, "LAND", Control.LANDING),
+    (ARDUPILOT, 5, "LOITER", Control.OTHER),
+    (ARDUPILOT, 20, "GUIDED_NOGPS", Control.OTHER),
+    (ARDUPILOT, 77, "mode 77", Control.OTHER),
+])  # fmt: skip
 def test_a_mode_is_ours_a_landing_or_somebody_else_s(autopilot, custom_mode, name, control):
     found = modes_and_texts.said(heartbeat(autopilot, 1, custom_mode, 4), True, "")
     assert (found.mode, found.control, found.armed, found.failsafe) == (name, control, False, False)

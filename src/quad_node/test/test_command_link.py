@@ -82,17 +82,14 @@ def test_a_mode_holds_for_its_steps_and_lets_the_plant_go_on(owner, link):
     assert owner.progressed == 1
 
 
-@pytest.mark.parametrize(
-    ("mode", "armed"),
-    [
-        (FlightMode.DISARMED, False),
-        (FlightMode.ARMING, False),
-        (FlightMode.TAKEOFF, True),
-        (FlightMode.DESCEND, True),
-        (FlightMode.PILOT, False),
-        (FlightMode.KILL, True),
-    ],
-)
+@pytest.mark.parametrize(("mode", "armed"), [
+    (FlightMode.DISARMED, False),
+    (FlightMode.ARMING, False),
+    (FlightMode.TAKEOFF, True),
+    (FlightMode.DESCEND, True),
+    (FlightMode.PILOT, False),
+    (FlightMode.KILL, True),
+])  # fmt: skip
 def test_the_motors_rest_on_the_ground_and_under_a_pilot_and_killing_is_the_guards(owner, link, mode, armed):
     assert not link.armed
     owner.mode(0, mode, guard_request=GuardRequest.DESCEND)
@@ -150,15 +147,12 @@ def after(watch, clock, seconds, has_states=True):
     return said
 
 
-@pytest.mark.parametrize(
-    ("topic", "message", "period", "limit", "said"),
-    [
-        ("attitude_setpoint", AttitudeThrust, 5, 0.25, "position_controller does not answer: attitude_setpoint older"),
-        ("reference", TrajectoryPoint, 5, 1.95, "trajectory does not answer: reference older than 2 s"),
-        # three periods of 0.5 s
-        ("attitude_setpoint", AttitudeThrust, 250, 1.45, "position_controller does not answer: attitude_setpoint"),
-    ],
-)
+@pytest.mark.parametrize(("topic", "message", "period", "limit", "said"), [
+    ("attitude_setpoint", AttitudeThrust, 5, 0.25, "position_controller does not answer: attitude_setpoint older"),
+    ("reference", TrajectoryPoint, 5, 1.95, "trajectory does not answer: reference older than 2 s"),
+    # three periods of 0.5 s
+    ("attitude_setpoint", AttitudeThrust, 250, 1.45, "position_controller does not answer: attitude_setpoint"),
+])  # fmt: skip
 def test_a_node_that_falls_silent_is_named_after_its_time(owner, clock, topic, message, period, limit, said):
     watch = watching(owner, clock, period)
     assert after(watch, clock, 5.0) == ""  # nothing has come yet: the handshake waits for it

@@ -89,17 +89,14 @@ def test_a_node_whose_starter_and_vehicle_are_gone_waits_for_no_flight(start_nod
     assert (node.done.done(), node.exit_code) == (True, 1)
 
 
-@pytest.mark.parametrize(
-    ("own", "period_steps", "in_background", "lockstep", "expected"),
-    [
-        (40, 1, False, False, 40),
-        (40, 5, False, False, 39),
-        (40, 1, True, False, 1),
-        (40, 5, False, True, 0),
-        (1, 5, False, False, 1),
-        (0, 5, True, False, 0),
-    ],
-)
+@pytest.mark.parametrize(("own", "period_steps", "in_background", "lockstep", "expected"), [
+    (40, 1, False, False, 40),
+    (40, 5, False, False, 39),
+    (40, 1, True, False, 1),
+    (40, 5, False, True, 0),
+    (1, 5, False, False, 1),
+    (0, 5, True, False, 0),
+])  # fmt: skip
 def test_a_slower_node_is_one_below_those_that_answer_every_step(own, period_steps, in_background, lockstep, expected):
     flight = SimpleNamespace(realtime_priority=own)
     node = SimpleNamespace(flight=flight, period_steps=period_steps, in_background=in_background, lockstep=lockstep)

@@ -70,13 +70,10 @@ def test_an_input_that_is_too_old_in_real_time_is_replaced_and_the_answer_says_s
     assert (message.input_steps.tolist(), message.replaced_inputs) == ([5, -1, -1, -1], 1)
 
 
-@pytest.mark.parametrize(
-    ("output", "memory"),
-    [
-        (AttitudeThrust(thrust=math.nan), aibs.Memory()),
-        (AttitudeThrust(thrust=1.0), aibs.Memory(velocity=Vec3(math.inf, 0.0, 0.0))),
-    ],
-)
+@pytest.mark.parametrize(("output", "memory"), [
+    (AttitudeThrust(thrust=math.nan), aibs.Memory()),
+    (AttitudeThrust(thrust=1.0), aibs.Memory(velocity=Vec3(math.inf, 0.0, 0.0))),
+])  # fmt: skip
 def test_a_number_that_is_not_finite_ends_the_flight_and_is_not_sent(node, output, memory):
     before = node.memory
     node.compute = lambda *_: (output, before._replace(law=memory), aibs.Internals())
@@ -102,16 +99,13 @@ def test_what_is_published_and_recorded_of_a_live_change_is_what_the_law_runs_wi
     assert message.step == 15
 
 
-@pytest.mark.parametrize(
-    ("name", "value", "word"),
-    [
-        ("aibs.x.position_gain", 1e6, "aibs.x.position_gain"),
-        ("aibs.x.position_gain", math.nan, "aibs.x.position_gain"),
-        ("period_steps", 2, "read"),
-        ("vehicle.mass", 0.9, "read"),
-        ("aibs.thrust_form", "norm", "read"),
-    ],
-)
+@pytest.mark.parametrize(("name", "value", "word"), [
+    ("aibs.x.position_gain", 1e6, "aibs.x.position_gain"),
+    ("aibs.x.position_gain", math.nan, "aibs.x.position_gain"),
+    ("period_steps", 2, "read"),
+    ("vehicle.mass", 0.9, "read"),
+    ("aibs.thrust_form", "norm", "read"),
+])  # fmt: skip
 def test_what_is_out_of_range_or_not_live_is_refused_and_nothing_changes(node, name, value, word):
     before, law = (node.node.vehicle, node.node.period_steps), node.node.resolved
     result = outcome(node, name, value)

@@ -15,36 +15,30 @@ THEIRS = "FASTDDS_DEFAULT_PROFILES_FILE"
 OURS = {PROFILES: SETTINGS, SKIP: "1"}
 
 
-@pytest.mark.parametrize(
-    "chosen",
-    [
-        {},
-        {TRANSPORTS: "SHM"},
-        {RANGE: "LOCALHOST", TRANSPORTS: "SHM"},
-        {RANGE: "OFF"},
-        {"ROS_LOCALHOST_ONLY": "1"},
-        {TRANSPORTS: "SHM", PROFILES: "/another/quad_node/fastdds.xml"},
-    ],
-)
+@pytest.mark.parametrize("chosen", [
+    {},
+    {TRANSPORTS: "SHM"},
+    {RANGE: "LOCALHOST", TRANSPORTS: "SHM"},
+    {RANGE: "OFF"},
+    {"ROS_LOCALHOST_ONLY": "1"},
+    {TRANSPORTS: "SHM", PROFILES: "/another/quad_node/fastdds.xml"},
+])  # fmt: skip
 def test_a_shell_that_asks_for_no_more_than_this_machine_gets_our_settings_alone(chosen):
     shell = dict(chosen)
     assert close_unless_asked(shell) == f"{CLOSED}: export ROS_DOMAIN_ID=0; unset {TRANSPORTS}"
     assert shell == OURS
 
 
-@pytest.mark.parametrize(
-    "chosen",
-    [
-        {TRANSPORTS: "DEFAULT"},
-        {TRANSPORTS: "UDPv4", RANGE: "LOCALHOST"},
-        {RANGE: "SUBNET"},
-        {"ROS_STATIC_PEERS": "10.0.0.2"},
-        {"ROS_DISCOVERY_SERVER": "10.0.0.2:11811"},
-        {PROFILES: "/home/fastdds.xml"},
-        {THEIRS: "x.xml"},
-        {"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"},
-    ],
-)
+@pytest.mark.parametrize("chosen", [
+    {TRANSPORTS: "DEFAULT"},
+    {TRANSPORTS: "UDPv4", RANGE: "LOCALHOST"},
+    {RANGE: "SUBNET"},
+    {"ROS_STATIC_PEERS": "10.0.0.2"},
+    {"ROS_DISCOVERY_SERVER": "10.0.0.2:11811"},
+    {PROFILES: "/home/fastdds.xml"},
+    {THEIRS: "x.xml"},
+    {"RMW_IMPLEMENTATION": "rmw_cyclonedds_cpp"},
+])  # fmt: skip
 def test_a_choice_that_may_reach_other_hosts_stays_and_is_named(chosen):
     shell = {**OURS, **chosen}  # ours, of scripts/env.sh, gives way
     said = close_unless_asked(shell)

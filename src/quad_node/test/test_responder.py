@@ -147,17 +147,14 @@ def test_in_real_time_the_newest_input_counts_and_nobody_waits_for_actuation(mak
     assert [values[1].thrust if values[1] else None for _, values in node.samples] == [None, 7.0, 7.0]
 
 
-@pytest.mark.parametrize(
-    ("gap", "dt", "odd"),
-    [
-        (PERIOD, 0.002, 0),
-        (3 * PERIOD // 2, 0.003, 0),
-        (PERIOD // 4, 0.0005, 1),
-        (50 * PERIOD, 0.1, 1),
-        (0, 0.002, 1),  # the law divides by it
-        (-PERIOD, 0.002, 1),
-    ],
-)
+@pytest.mark.parametrize(("gap", "dt", "odd"), [
+    (PERIOD, 0.002, 0),
+    (3 * PERIOD // 2, 0.003, 0),
+    (PERIOD // 4, 0.0005, 1),
+    (50 * PERIOD, 0.1, 1),
+    (0, 0.002, 1),  # the law divides by it
+    (-PERIOD, 0.002, 1),
+])  # fmt: skip
 def test_in_real_time_the_law_gets_the_time_that_passed_and_odd_ones_are_counted(make, gap, dt, odd):
     node = make("period_steps:=1", "flight.mode:='realtime'")
     node.reference(0, 100)

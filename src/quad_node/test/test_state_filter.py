@@ -77,19 +77,16 @@ def test_what_is_far_ahead_is_told_from_what_is_old():
 NOT, NEVER = math.inf, math.inf
 
 
-@pytest.mark.parametrize(
-    ("lockstep", "step", "ready", "began", "saw"),
-    [
-        (True, 0, NEVER, None, True),
-        (False, 0, NEVER, None, True),
-        (True, 5, 1.0, 2.0, False),
-        (False, 5, 1.0, 2.0, True),
-        (False, 5, 1.0, NOT, True),  # an estimator speaks before the flight
-        (False, 5, 1.0, -6.0, False),
-        (False, 5, NEVER, 0.9, False),  # its own flight waits until it is ready
-        (False, 5, NEVER, NOT, None),
-        (False, 5, 1.0, None, None),
-    ],
-)
+@pytest.mark.parametrize(("lockstep", "step", "ready", "began", "saw"), [
+    (True, 0, NEVER, None, True),
+    (False, 0, NEVER, None, True),
+    (True, 5, 1.0, 2.0, False),
+    (False, 5, 1.0, 2.0, True),
+    (False, 5, 1.0, NOT, True),  # an estimator speaks before the flight
+    (False, 5, 1.0, -6.0, False),
+    (False, 5, NEVER, 0.9, False),  # its own flight waits until it is ready
+    (False, 5, NEVER, NOT, None),
+    (False, 5, 1.0, None, None),
+])  # fmt: skip
 def test_in_real_time_a_flight_that_is_older_than_the_node_is_ready_is_another_s(lockstep, step, ready, began, saw):
     assert saw_start(lockstep, step, ready, began) is saw

@@ -29,10 +29,8 @@ def test_step_topics_have_one_publisher_beside_the_guests_and_carry_stamp_and_st
 def test_a_guest_that_gives_a_topic_stands_in_for_the_node_that_gives_it_otherwise():
     reference = topics.TOPICS["reference"]
     assert (reference.publisher_of(ROLES), len(reference.subscribers_of(ROLES))) == ("trajectory", 2)
-    assert (reference.publisher_of((*ROLES, COMMANDER)), len(reference.subscribers_of((*ROLES, COMMANDER)))) == (
-        "commander",
-        3,
-    )
+    guided = (*ROLES, COMMANDER)
+    assert (reference.publisher_of(guided), len(reference.subscribers_of(guided))) == ("commander", 3)
     assert topics.TOPICS["state"].publisher_of((*ROLES, RELAY)) == RELAY
 
 

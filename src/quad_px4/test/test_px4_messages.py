@@ -28,11 +28,7 @@ PX4 = SimpleNamespace(**{name: type(name, (Message,), {}) for name in messages.N
 
 @pytest.mark.parametrize(
     ("mode", "level"),
-    [
-        (Mode.WRENCH, "thrust_and_torque"),
-        (Mode.MOTORS, "direct_actuator"),
-        (Mode.ATTITUDE, "attitude"),
-    ],
+    [(Mode.WRENCH, "thrust_and_torque"), (Mode.MOTORS, "direct_actuator"), (Mode.ATTITUDE, "attitude")],
 )
 def test_the_heartbeat_names_one_level_and_px4s_time(mode, level):
     assert vars(messages.heartbeat(PX4, mode, NOW)) == {"timestamp": NOW, level: True}
