@@ -33,36 +33,27 @@ SET_POINT_PERIOD = 0.02  # s
 
 
 def _parser() -> argparse.ArgumentParser:
-    formatter = argparse.RawDescriptionHelpFormatter
     about, _, examples = (__doc__ or "").partition("\n\n")
+    formatter = argparse.RawDescriptionHelpFormatter
     parser = Parser(prog="identify", description=about, epilog=examples, formatter_class=formatter)
     parser.add_argument("logs", nargs="*", type=Path, metavar="LOG")
-    parser.add_argument(
-        "--set-points", type=Path, metavar="FILE", help="write the manoeuvre as CSV, for an autopilot's own controllers"
-    )
-    parser.add_argument("--mass", type=float, metavar="KG", help="from a scale: no flight tells it")
-    parser.add_argument(
-        "--arms", default="", metavar="M|X,Y", help="centre to rotor in m, or its distances along x and y"
-    )
-    parser.add_argument(
-        "--layout", choices=sorted(ARRANGEMENTS), default="", help="where motors 1 to 4 stand (default: the map's)"
-    )
-    parser.add_argument("--map", default="", metavar="NAME|FILE", help="map of columns, as for log import")
-    parser.add_argument(
-        "--curve", type=float, metavar="K", help="known share of the square term in 0..1 (PX4's THR_MDL_FAC)"
-    )
-    parser.add_argument("--delay", type=float, metavar="S", help="known delay from command to motor; else identified")
-    parser.add_argument(
-        "--prior", type=Path, metavar="FILE", help="a vehicle file: compared with, and used where nothing is told"
-    )
-    parser.add_argument(
-        "--held-out", action="store_true", help="measure errors on the last log instead of the last fifth"
-    )
-    parser.add_argument("--out", type=Path, metavar="FILE", help="vehicle file to write")
-    parser.add_argument(
-        "--json", type=Path, metavar="FILE", help="value, low, high, told, why of each parameter; errors"
-    )
-    parser.add_argument("--page", type=Path, metavar="FILE", help="the same as one HTML page")
+    for name, kind, shown, words in (
+        ("--set-points", Path, "FILE", "write the manoeuvre as CSV, for an autopilot's own controllers"),
+        ("--mass", float, "KG", "from a scale: no flight tells it"),
+        ("--arms", str, "M|X,Y", "centre to rotor in m, or its distances along x and y"),
+        ("--map", str, "NAME|FILE", "map of columns, as for log import"),
+        ("--curve", float, "K", "known share of the square term in 0..1 (PX4's THR_MDL_FAC)"),
+        ("--delay", float, "S", "known delay from command to motor; else identified"),
+        ("--prior", Path, "FILE", "a vehicle file: compared with, and used where nothing is told"),
+        ("--out", Path, "FILE", "vehicle file to write"),
+        ("--json", Path, "FILE", "value, low, high, told, why of each parameter; errors"),
+        ("--page", Path, "FILE", "the same as one HTML page"),
+    ):
+        parser.add_argument(name, type=kind, metavar=shown, help=words, default="" if kind is str else None)
+    layouts = "where motors 1 to 4 stand (default: the map's)"
+    parser.add_argument("--layout", choices=sorted(ARRANGEMENTS), default="", help=layouts)
+    held_out = "measure errors on the last log instead of the last fifth"
+    parser.add_argument("--held-out", action="store_true", help=held_out)
     return parser
 
 

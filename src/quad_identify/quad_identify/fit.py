@@ -20,10 +20,11 @@ OFFSET_BELIEF = 0.5  # m/s^2: standard deviation of the specific thrust at comma
 STRENGTH_BELIEF = 0.15  # the same of a rotor's effectiveness
 FLATNESS_BELIEF = (0.88, 0.1)  # mean and standard deviation of J_zz / (J_xx + J_yy)
 OUTLIER = 6.0  # times the median error of a window
-OUTLIVED = 8  # windows after which errors are counted as independent
+OUTLIVED = 8  # windows after which errors are counted as independent, at least
 MOST_ROUNDS = 40  # of Gauss-Newton; a fit that is stopped before its end is wrong by more than its interval
 SILENT = 0.25  # share of an axis' motion below which the fit leaves it alone
-GOOD, DOUBT = 0.9, 10.0  # share explained below which an axis of rotation counts a tenth: its model is wrong somewhere
+MOVES = 0.95  # share of an axis' motion that the motors must explain: what is left, fed back by control, is the bias
+DOUBT = 10.0  # one part in so many that an axis counts whose motion the motors do not explain
 OF_AXIS: dict[int, tuple[str, ...]] = {
     3: ("roll_torque_per_inertia", "trim_x", "damping_x", "flatness"),
     4: ("pitch_torque_per_inertia", "trim_y", "damping_y", "flatness"),
@@ -111,21 +112,23 @@ def fitted(model: Model, begin: Floats | None = None, report: Report = lambda _:
     keep = np.ones(len(model.residuals(p)), dtype=bool)
     for turn in range(2):
         report(f"Gauss-Newton, pass {turn + 1} of 2, {int(keep.sum())} windows of {WINDOW:g} s")
-        model.scale = np.ones(6)
+        model.scale, model.lasting = np.ones(6), np.zeros(3)
         left = model.residuals(p)
-        model.scale = np.maximum(np.sqrt(np.mean(left[keep] ** 2, axis=(0, 1))), 1e-6)
         if turn:
             explained = _explained(model, keep, p)
-            silent[3:], weight[3:] = explained[3:] < SILENT, np.where(explained[3:] < GOOD, DOUBT, 1.0)
+            model.lasting = _lasting(left[keep][:, :, :3])
+            silent[3:], weight[3:] = explained[3:] < SILENT, np.where(explained[3:] < MOVES, DOUBT, 1.0)
             gone = {name for axis in np.flatnonzero(silent).tolist() for name in OF_AXIS[axis]}
             free = np.array([index for index in free if NAMES[index] not in gone])
-            model.scale = np.where(silent, 1e9, model.scale * weight)  # a bad model of an axis tells no timing
+        scale = np.maximum(np.sqrt(np.mean(model.residuals(p)[keep] ** 2, axis=(0, 1))), 1e-6)
+        model.scale = np.where(silent, 1e9, scale * weight)  # a bad model of an axis tells no timing
         repeats = _repeats(model, p, keep) if turn else 1.0
         p = _descended(model, p, free, keep, repeats)
         error = np.sqrt(np.mean(model.residuals(p) ** 2, axis=(1, 2)))
         keep = error < OUTLIER * np.median(error)
     model.scale = np.where(silent, 1e9, weight * np.maximum(_left(model, p)[keep].std(axis=(0, 1)), 1e-6))
     covariance, quantile = _covariance(model, p, free, keep, repeats)
+    model.scale, model.lasting = np.ones(6), np.zeros(3)
     model.scale = np.maximum(_left(model, p)[keep].std(axis=(0, 1)), 1e-6)
     explained = _explained(model, keep, p)
     return Fit(p, covariance, model.scale.copy(), explained, quantile, int(keep.sum()), int((~keep).sum()))
@@ -134,6 +137,14 @@ def fitted(model: Model, begin: Floats | None = None, report: Report = lambda _:
 def _left(model: Model, p: Floats) -> Floats:
     """Return what is left in m/s^2 and rad/s, shape (windows, blocks, 6)."""
     return model.residuals(p) * model.scale
+
+
+def _lasting(left: Floats) -> Floats:
+    """Return which share of a window's mean to take off, per column: 0 if errors are white, 1 if they last."""
+    mean, blocks = left.mean(axis=1), left.shape[1]
+    within = ((left - mean[:, None]) ** 2).sum(axis=(0, 1)) / (len(left) * (blocks - 1))
+    share: Floats = 1.0 - np.sqrt(np.minimum(within / np.maximum(blocks * np.mean(mean**2, axis=0), 1e-12), 1.0))
+    return share
 
 
 def _explained(model: Model, keep: NDArray[np.bool_], p: Floats) -> Floats:
@@ -224,9 +235,25 @@ def _covariance(
     scores = np.einsum("wkp,wk->wp", rows, errors)
     bread = np.linalg.pinv(slopes.T @ slopes, hermitian=True)
     meat = scores.T @ scores * windows / max(windows - len(free) / 3, 1.0) + believed
-    for apart in range(1, OUTLIVED):  # errors that outlive a window, weighted as by Newey and West
+    outlived = _outlived(scores)
+    for apart in range(1, outlived):  # errors that outlive a window, weighted as by Newey and West
         both = scores[apart:].T @ scores[:-apart]
-        meat = meat + (1.0 - apart / OUTLIVED) * (both + both.T)
+        meat = meat + (1.0 - apart / outlived) * (both + both.T)
     out = np.zeros((len(NAMES), len(NAMES)))
     out[np.ix_(free, free)] = bread @ meat @ bread
-    return out, float(student.ppf(0.975, max(windows - len(free) / 3, 2.0)))
+    share = (outlived - OUTLIVED) / windows
+    widened = 1.0 + (2.9694 * share + 0.416 * share**2 - 0.5324 * share**3) / 1.96  # Kiefer and Vogelsang 2005
+    return out, widened * float(student.ppf(0.975, max(windows - len(free) / 3, 2.0)))
+
+
+def _outlived(scores: Floats) -> int:
+    """Return the windows after which errors count as independent, OUTLIVED and more.
+
+    More where they last longer (pushes, gusts): Andrews' (1991) choice for an autoregression of the slowest score.
+    """
+    last = np.sum(scores[1:] * scores[:-1], axis=0) / np.maximum(np.sum(scores**2, axis=0), 1e-300)
+    rho = float(np.clip(last.max(), 0.0, 0.97))
+    growth = 4.0 * rho**2 / ((1.0 - rho) * (1.0 + rho)) ** 2
+    return int(
+        np.clip(np.ceil(1.1447 * (growth * len(scores)) ** (1.0 / 3.0)), OUTLIVED, max(len(scores) // 4, OUTLIVED))
+    )

@@ -17,7 +17,7 @@ from quad_identify.model import AT, NAMES, Model
 from quad_identify.prediction import Errors, held_out
 from quad_identify.record import WINDOW, Flight, Floats, Grid, RecordError, checked, gridded, held
 from quad_identify.state_age import state_ages
-from quad_identify.verdict import LACKING, Parameter, evidence, judged, trimmed
+from quad_identify.verdict import UNITS, Parameter, evidence, given, judged, trimmed, unknown
 
 KEPT_OUT = 0.2  # share of a single flight that the errors are measured on
 
@@ -92,7 +92,10 @@ def identify(
     without ``judge``), before the fit to all of it. Raises RecordError where nothing can be said.
     """
     notes: list[str] = []
-    whole = [_checked(flight, notes) for flight in flights]
+    whole: list[Flight] = []
+    for flight in flights:
+        good, said = checked(flight)
+        whole, notes = [*whole, good], notes + said
     moving = [flight for flight in whole if flight.specific_force is not None and flight.body_rates is not None]
     full_speed = max((float(np.percentile(one.motors.values, 99.9)) for one in moving if one.speeds), default=0.0)
     if len(moving) < len(whole):
@@ -115,17 +118,11 @@ def identify(
     fit = fitted(model, seen.p if judge else None, report)
     if fit.left_out:
         notes.append(f"{WINDOW * fit.left_out:g} of {WINDOW * (fit.left_out + fit.windows):g} s left out: large errors")
-    parameters = judged(evidence(model, fit, moving, mass, arms)) | state_ages(grids)
+    parameters = judged(evidence(model, fit, mass, arms)) | state_ages(grids)
     if any(flight.differentiated for flight in moving):
         why = "the specific force was had from this velocity"
-        parameters["velocity_age"] = Parameter("s", None, None, None, False, why, "log an accelerometer")
+        parameters["velocity_age"] = unknown("velocity_age", why, "log an accelerometer")
     return Result(parameters, errors, notes, fit, full_speed, model.mean_voltage)
-
-
-def _checked(flight: Flight, notes: list[str]) -> Flight:
-    flight, found = checked(flight)
-    notes += found
-    return flight
 
 
 def _split(grids: list[Grid]) -> tuple[list[Grid], list[Grid]]:
@@ -150,12 +147,9 @@ def _of_trim(flights: list[Flight], mass: float | None, notes: list[str]) -> Res
     """Return what motors alone tell: which rotor works harder in level flight."""
     missing = {name for one in flights for name in ("specific_force", "body_rates") if getattr(one, name) is None}
     lacks = " and ".join(sorted(missing)).replace("_", " ")
-    parameters = {
-        name: Parameter(unit, None, None, None, False, f"no {lacks} in the log", "log accelerometer, gyro and motors")
-        for name, unit in LACKING.items()
-    }
+    parameters = {name: unknown(name, f"no {lacks} in the log", "log accelerometer, gyro and motors") for name in UNITS}
     if mass is not None:
-        parameters["mass"] = Parameter("kg", mass, mass, mass, True, "given")
+        parameters["mass"] = given("mass", mass)
     flown = []
     for flight in flights:
         t = np.arange(flight.motors.t[0], flight.motors.t[-1], 0.01)

@@ -9,7 +9,7 @@ r"""The model that is fitted: four rotors with lag and delay, a thrust curve, a 
     gyroscopic: that of the body, and of the rotors' angular momentum -J_zz reaction sum yaw_i y_i
 
 B is the torque of a rotor's thrust over the inertia: m arm / J, in 1/m. Trim is the offset of the centre of gravity.
-The rates are compared over windows of a second, each with its own mean, so that no error lives longer.
+The rates are compared over windows of 0.25 s, each with its own mean, so that no error lives longer.
 """
 
 from typing import NamedTuple
@@ -89,7 +89,7 @@ class Model:
         volts = [grid.voltage[grid.windows].ravel() for grid in grids if grid.voltage is not None]
         self.mean_voltage = float(np.mean(np.concatenate(volts))) if len(volts) == len(grids) else 0.0
         self.has_velocity = all(grid.velocity_b is not None for grid in grids)
-        self.scale = np.ones(6)
+        self.scale, self.lasting = np.ones(6), np.zeros(3)
         self._lagged: dict[tuple[int, float, float], Lagged] = {}
         measured = [np.concatenate([grid.force, grid.rates], axis=1)[grid.windows] for grid in grids]
         self.measured = [windowed(each) for each in measured]
@@ -195,9 +195,14 @@ class Model:
         return out
 
     def residuals(self, p: Floats) -> Floats:
-        """Return measured less predicted over ``scale``, shape (windows of all flights, blocks, 6)."""
+        """Return measured less predicted over ``scale``, shape (windows of all flights, blocks, 6).
+
+        Of the force the share ``lasting`` of each window's mean is taken off: random effects, as pushes and gusts are.
+        """
         pairs = zip(self.measured, self.predicted(p), strict=True)
-        return np.concatenate([(measured - predicted) / self.scale for measured, predicted in pairs])
+        left = np.concatenate([measured - predicted for measured, predicted in pairs])
+        left[:, :, :3] -= self.lasting * left[:, :, :3].mean(axis=1, keepdims=True)
+        return left / self.scale
 
 
 def increments(alpha: Floats, step: float) -> Floats:

@@ -31,7 +31,7 @@ def held_out(model: Model, parameters: dict[str, Floats]) -> Errors:
             steps = max(1, round(horizon / grid.step))
             starts = _starts(grid, steps)
             for name, used in [("hold last", None), *parameters.items()]:
-                for quantity, errors in _ahead(model, number, used, starts, steps).items():
+                for quantity, errors in ahead(model, number, used, starts, steps).items():
                     sums.setdefault(quantity, {}).setdefault(name, []).append(errors)
         label = f"{horizon:g} s" if horizon else "one step"
         for quantity, found in sums.items():
@@ -68,7 +68,7 @@ def _starts(grid: Grid, steps: int) -> NDArray[np.int64]:
     return found
 
 
-def _ahead(model: Model, number: int, p: Floats | None, starts: NDArray[np.int64], steps: int) -> dict[str, Floats]:
+def ahead(model: Model, number: int, p: Floats | None, starts: NDArray[np.int64], steps: int) -> dict[str, Floats]:
     """Return {quantity: errors (starts, 3)} of a prediction over ``steps`` blocks; without ``p`` all is held."""
     grid = model.grids[number]
     rates, out = grid.rates[starts].copy(), {}

@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from quad_identify.prediction import GRAVITY
 from quad_identify.record import Floats, Grid
-from quad_identify.verdict import Parameter
+from quad_identify.verdict import Parameter, unknown
 
 FLY = "roll, pitch and speed up and down, with attitude and velocity logged at 50 Hz and more"
 
@@ -16,7 +16,7 @@ def state_ages(grids: list[Grid]) -> dict[str, Parameter]:
     velocity = [
         _windows(grid, _velocity(grid)) for grid in grids if grid.attitude is not None and grid.velocity is not None
     ]
-    return {"attitude_age": _age(attitude, "attitude"), "velocity_age": _age(velocity, "velocity")}
+    return {f"{name}_age": _age(parts, name) for name, parts in (("attitude", attitude), ("velocity", velocity))}
 
 
 def _attitude(grid: Grid) -> tuple[Floats, Floats]:
@@ -48,7 +48,7 @@ def _windows(grid: Grid, both: tuple[Floats, Floats]) -> tuple[Floats, Floats, F
 def _age(parts: list[tuple[Floats, Floats, Floats]], name: str) -> Parameter:
     """Return the age that makes the logged integral the sensed one: logged(t) = sensed(t - age), to first order."""
     if not parts:
-        return Parameter("s", None, None, None, False, f"no {name} in the log", FLY)
+        return unknown(f"{name}_age", f"no {name} in the log", FLY)
     logged, sensed, slope = (np.concatenate([part[i] for part in parts]) for i in range(3))
     top = np.einsum("wkc,wkc->w", slope, sensed - logged)
     bottom = np.einsum("wkc,wkc->w", slope, slope)

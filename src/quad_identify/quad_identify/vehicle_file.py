@@ -8,10 +8,11 @@ from quad_core.parameters import ParameterError
 from quad_core.vehicle import ARRANGEMENTS, Vehicle, check_inertia
 from quad_identify.identify import Result
 from quad_identify.record import RecordError
+from quad_identify.verdict import TORQUES
 
 FULL_SPEED = 1000.0  # rad/s at the full command, where no speeds were logged: only their ratio matters
 GRAVITY = 9.81
-NEEDED = ("specific_thrust", "inertia_xx", "inertia_yy")
+NEEDED = {"specific_thrust": "thrust_to_weight", "inertia_xx": "inertia_xx", "inertia_yy": "inertia_yy"}
 FLAT = 0.88  # J_zz over J_xx + J_yy where no log told it
 
 
@@ -25,69 +26,40 @@ def vehicle_values(
     mass = result.told("mass")
     if mass is None:
         raise RecordError("mass: no flight tells it, and a vehicle file needs it: weigh the vehicle and give --mass")
-    lacking = [name for name in NEEDED if result.told(name) is None and _in_prior(name) not in prior]
+    lacking = [name for name, key in NEEDED.items() if result.told(name) is None and key not in prior]
     if lacking:
         why = "; ".join(f"{name}: {result.parameters[name].why}" for name in lacking)
         raise RecordError(f"no vehicle file: {why}. --prior FILE takes it from a vehicle file that you have")
     arm = float(np.hypot(*arms)) if layout != "plus" else max(arms)
-    levers = np.array([arms[1], arms[0]]) / (arm if layout == "plus" else arm * np.sqrt(0.5))
-    out: dict[str, tuple[float | str, str]] = {
+    speed, assumed = (result.full_speed, "") if result.full_speed else (FULL_SPEED, " (assumed)")
+    out: dict[str, tuple[Any, str]] = {
         "mass": (mass, "kg: given"),
         "gravity": (GRAVITY, "m/s^2"),
         "arm_length": (arm, "m: given"),
     }
-    top = result.told("specific_thrust")
-    ratio = top / GRAVITY if top is not None else prior["thrust_to_weight"]
-    out["thrust_to_weight"] = (ratio, _from(result, "specific_thrust", 1.0 / GRAVITY))
-    for axis, name in enumerate(("inertia_xx", "inertia_yy")):
-        found = result.told(name)
-        lever = float(levers[axis])  # the file has one arm: the moment is scaled so that the rotation is the same
-        out[name] = (found / lever, _from(result, name, 1.0 / lever)) if found is not None else (prior[name], "prior")
-    out["layout"] = ("plus" if layout == "plus" else "x", "rotors of the plant; those of the log: " + layout)
-    return out | _lesser(result, prior, mass, out)
 
+    def take(key: str, name: str, factor: float = 1.0, otherwise: float = 0.0, words: str = "not told") -> None:
+        """Write what was told times ``factor``, else the prior's value, else ``otherwise``."""
+        found = result.parameters[name]
+        if found.told and isinstance(found.value, float):
+            low, high = (factor * float(end) for end in (found.low, found.high))  # type: ignore[arg-type]
+            out[key] = (factor * found.value, f"{name}: 95 % in [{low:.4g}, {high:.4g}]")
+        else:
+            out[key] = (prior[key], "prior") if key in prior else (otherwise, words)
 
-def _lesser(
-    result: Result, prior: dict[str, float | str], mass: float, known: dict[str, tuple[float | str, str]]
-) -> dict[str, tuple[float | str, str]]:
-    """Return the keys that a flight needs less: ``known`` are those before them."""
-    out: dict[str, tuple[float | str, str]] = {}
-    arm, ratio = float(known["arm_length"][0]), known["thrust_to_weight"][0]
-    flat = FLAT * (float(known["inertia_xx"][0]) + float(known["inertia_yy"][0]))
-    zz = result.told("inertia_zz")
-    out["inertia_zz"] = (
-        (zz, _from(result, "inertia_zz"))
-        if zz is not None
-        else (prior.get("inertia_zz", flat), "kg m^2: not told; of a flat body")
-    )
-    speed = result.full_speed or FULL_SPEED
-    lift = float(ratio) * mass * GRAVITY / 4.0 / speed**2
-    out["lift_coefficient"] = (
-        lift,
-        f"N s^2: full command is {speed:.0f} rad/s{'' if result.full_speed else ' (assumed)'}",
-    )
-    yaw = result.told("yaw_torque_per_inertia")
-    if yaw is not None:
-        out["torque_coefficient"] = (
-            lift * yaw * float(out["inertia_zz"][0]) / mass,
-            "N m s^2: from yaw torque per inertia",
-        )
-    else:
-        out["torque_coefficient"] = (
-            prior.get("torque_coefficient", 0.1 * arm * lift),
-            "N m s^2: not told; a tenth of an arm",
-        )
-    lag, drag = result.told("rotor_time_constant"), result.told("linear_drag")
-    out["rotor_time_constant"] = (
-        (lag, _from(result, "rotor_time_constant"))
-        if lag is not None
-        else (prior.get("rotor_time_constant", 0.0), "s: not told")
-    )
-    out["drag_coefficient"] = (
-        (max(drag, 0.0) * mass, _from(result, "linear_drag", mass))
-        if drag is not None
-        else (prior.get("drag_coefficient", 0.0), "N s/m: not told")
-    )
+    take("thrust_to_weight", "specific_thrust", 1.0 / GRAVITY)
+    for name, length in (("inertia_xx", arms[1]), ("inertia_yy", arms[0])):
+        take(name, name, arm / length * (1.0 if layout == "plus" else float(np.sqrt(0.5))))  # one arm, equal rotation
+    out["layout"] = ("plus" if layout == "plus" else "x", f"rotors of the plant; those of the log: {layout}")
+    flat = FLAT * (out["inertia_xx"][0] + out["inertia_yy"][0])
+    take("inertia_zz", "inertia_zz", 1.0, flat, "kg m^2: not told; of a flat body")
+    lift = float(out["thrust_to_weight"][0]) * mass * GRAVITY / 4.0 / speed**2
+    out["lift_coefficient"] = (lift, f"N s^2: full command is {speed:.0f} rad/s{assumed}")
+    per = lift * float(out["inertia_zz"][0]) / mass
+    take("torque_coefficient", TORQUES[2], per, 0.1 * arm * lift, "N m s^2: not told; a tenth of an arm")
+    take("rotor_time_constant", "rotor_time_constant", words="s: not told")
+    take("drag_coefficient", "linear_drag", mass, words="N s/m: not told")
+    out["drag_coefficient"] = (max(0.0, out["drag_coefficient"][0]), out["drag_coefficient"][1])
     out["drag_torque_coefficient"] = (prior.get("drag_torque_coefficient", 0.0), "N m s^2: not told")
     return out
 
@@ -118,17 +90,6 @@ def bridge_sections(result: Result, values: dict[str, tuple[float | str, str]], 
             px, py, km = forward * arms[0], -left * arms[1], -yaw * ratio
             out.append(f"      rotor{index}: {{px: {px:.6g}, py: {py:.6g}, km: {km:.6g}}}")
     return "\n".join(out) + "\n"
-
-
-def _in_prior(name: str) -> str:
-    return "thrust_to_weight" if name == "specific_thrust" else name
-
-
-def _from(result: Result, name: str, factor: float = 1.0) -> str:
-    found = result.parameters[name]
-    if not found.told or not isinstance(found.low, float) or not isinstance(found.high, float):
-        return "prior"
-    return f"{name}: 95 % in [{factor * found.low:.4g}, {factor * found.high:.4g}]"
 
 
 def vehicle_text(values: dict[str, tuple[float | str, str]], delay: float | None, title: str) -> str:

@@ -45,12 +45,16 @@ class Manoeuvre(NamedTuple):
 
 
 class Noise(NamedTuple):
-    """Standard deviations per sample at 1 kHz: rad/s, m/s^2, m/s, rad; that of scenario ``flight`` where it has one."""
+    """Standard deviations per sample at 1 kHz: rad/s, m/s^2, m/s, rad; that of scenario ``flight`` where it has one.
+
+    ``push``: of forces in m/s^2 (and torques in rad/s^2) along each axis, each held for 2 s.
+    """
 
     rate: float = 8.7266e-3
     acceleration: float = 0.3
     velocity: float = 0.02
     attitude: float = 3.4907e-3
+    push: float = 0.0
 
 
 def drawn(seed: int) -> Truth:
@@ -94,10 +98,11 @@ def flown(truth: Truth = Truth(), manoeuvre: Manoeuvre = Manoeuvre(), noise: Noi
     )  # fmt: skip
     voltage = 12.6 - 1.9 * t / 75.0
     normals = rng.standard_normal((len(t), 12))
+    pushes = noise.push * np.repeat(rng.standard_normal((len(t) // 2000 + 1, 6)), 2000, axis=0)
     out = _fly(
         truth.mass, truth.arm, np.array(truth.inertia), truth.specific_thrust, truth.curve, truth.lag, truth.delay,
         truth.yaw_arm, truth.drag, truth.sag, np.array(truth.effectiveness), np.array(truth.centre), waves, voltage,
-        float(voltage.mean()), normals, np.array(noise),
+        float(voltage.mean()), normals, np.array(noise), pushes,
     )  # fmt: skip
     signals = {"t": t, "voltage": voltage + 0.02 * rng.standard_normal(len(t))}
     parts = {"specific_force": 3, "body_rates": 3, "velocity": 3, "attitude": 4, "motors": 4}
@@ -111,7 +116,24 @@ def flown(truth: Truth = Truth(), manoeuvre: Manoeuvre = Manoeuvre(), noise: Noi
 
 @numba.njit(cache=True)
 def _fly(
-    m, arm, J, top, curve, lag, delay, yaw_arm, drag, sag, working, centre, waves, voltage, mean_voltage, normals, noise
+    m,
+    arm,
+    J,
+    top,
+    curve,
+    lag,
+    delay,
+    yaw_arm,
+    drag,
+    sag,
+    working,
+    centre,
+    waves,
+    voltage,
+    mean_voltage,
+    normals,
+    noise,
+    pushes,
 ):
     steps, h = len(waves), 1e-3
     out = np.zeros((steps, 17))
@@ -144,7 +166,7 @@ def _fly(
             f[i] = working[i] * gain * 0.25 * m * top * ((1.0 - curve) * y[i] + curve * y[i] * y[i])
         R = _matrix(q)
         vb = R.T @ v
-        force = -drag * vb
+        force = R.T @ pushes[k, :3] - drag * vb
         force[2] += f.sum() / m
         tau = np.array(
             [
@@ -208,8 +230,8 @@ def _fly(
                 ]
             )
             q = _turned(q, long * (w + 0.5 * long * turn))
-            w = w + long * turn
-            acceleration = _matrix(q)[:, 2] * (f.sum() / m) - drag * v
+            w = w + long * (turn + pushes[k, 3:])
+            acceleration = _matrix(q)[:, 2] * (f.sum() / m) - drag * v + pushes[k, :3]
             acceleration[2] -= GRAVITY
             v = v + long * acceleration
             p = p + long * v

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 from samples import log_of
-from simulated import Manoeuvre, Truth
+from simulated import Manoeuvre, Noise, Truth
 
 from quad_identify.identify import identify
 from quad_identify.record import RecordError
@@ -57,18 +57,34 @@ HOVER = Manoeuvre(25.0, 0.0, 0.0, 0.0, 0.0)
         (HOVER, {}, ("specific_thrust", "thrust_square", "rotor_time_constant", *ROTATION)),
         (Manoeuvre(25.0), {"every": 20, "motors_every": 20}, ("rotor_time_constant", "command_delay", *ROTATION)),
         (Manoeuvre(25.0), {"motors_every": 20}, ("rotor_time_constant", *ROTATION)),
+        (Manoeuvre(25.0, roll=0.0), {}, ("roll_torque_per_inertia", "inertia_xx", "yaw_drag_ratio")),
         (Manoeuvre(25.0, yaw=0.0), {}, ("yaw_torque_per_inertia", "yaw_drag_ratio")),
+        (Manoeuvre(25.0, thrust=0.01), {}, ("thrust_square", "specific_thrust")),
         (Manoeuvre(25.0), {"without": ("velocity", "voltage")}, ("linear_drag", "thrust_battery", "velocity_age")),
         (Manoeuvre(25.0), {"without": ("body_rates",)}, ("specific_thrust", "rotor_time_constant", *ROTATION)),
     ],
-    ids=["hover", "50 Hz", "motors at 50 Hz", "no yaw", "no velocity, no voltage", "no gyro"],
+    ids=["hover", "50 Hz", "motors at 50 Hz", "no roll", "no yaw", "no thrust", "no velocity, no voltage", "no gyro"],
 )
 def test_what_a_log_cannot_tell_is_not_told(manoeuvre, how, refused):
     found = result_of(manoeuvre, **how).parameters
     assert [name for name in refused if found[name].told] == []
+    assert beside_the_truth(found) == []
+
+
+def beside_the_truth(found):
+    """Return which parameters are told with an interval that misses the truth by more than its half width."""
     truths = {"specific_thrust": TRUTH.specific_thrust, "rotor_time_constant": TRUTH.lag, "command_delay": TRUTH.delay}
-    for name, truth in truths.items():
-        assert not found[name].told or found[name].low <= truth <= found[name].high
+    truths |= {f"inertia_{axis * 2}": moment for axis, moment in zip("xyz", TRUTH.inertia, strict=True)}
+    truths["rotor_effectiveness"] = TRUTH.effectiveness
+    told = {name: found[name] for name in truths if found[name].told}
+    off = {name: np.abs(np.subtract(one.value, truths[name])) for name, one in told.items()}
+    return [name for name, one in told.items() if np.any(off[name] > np.subtract(one.high, one.low))]
+
+
+def test_pushes_that_last_widen_intervals_and_move_no_value_out_of_them():
+    found = result_of(Manoeuvre(50.0), noise=Noise(push=0.5)).parameters
+    assert beside_the_truth(found) == []
+    assert found["rotor_effectiveness"].told
 
 
 @pytest.mark.parametrize("curve", [0.0, 0.8])
