@@ -140,6 +140,17 @@ def test_motors_in_another_order_than_the_map_says_are_named():
     assert "order 'crazyflie'" in "".join(doubts(Recording(signals, "x", [])))
 
 
+def test_attitude_and_thrust_set_points_of_px4_are_read():
+    half, one = np.sqrt(0.5), np.ones(2)
+    columns = {"t": np.array([0.0, 0.1]), "q_d[0]": half * one, "q_d[3]": half * one, "thrust_body[2]": -0.6 * one}
+    empty = ("q_d[1]", "q_d[2]", "thrust_body[0]", "thrust_body[1]")
+    tables = {"vehicle_attitude_setpoint": {**columns, **dict.fromkeys(empty, 0.0 * one)}}
+    found = mapped(tables, load_map("px4"), []).signals
+    east = Rotation.from_quat(found["attitude_target"].values[0]).apply([1.0, 0.0, 0.0])
+    assert east == pytest.approx([1.0, 0.0, 0.0])  # a quarter turn from north, seen from above
+    assert found["thrust_target"].values[0] == pytest.approx([0.0, 0.0, 0.6])
+
+
 def test_logs_of_a_crazyflie_and_of_px4_are_read():
     flown, name = read_recording(DATA / "crazyflie.usd.gz")
     assert name == "crazyflie"

@@ -42,6 +42,7 @@ WIDTHS = {
     "reference_acceleration": 3,
     "reference_yaw": 1,
     "attitude_target": 4,
+    "thrust_target": 3,
 }
 """Signals that a map may name, and how many columns each has."""
 UNITS = {

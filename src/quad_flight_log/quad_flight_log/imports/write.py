@@ -5,6 +5,7 @@
 | imu | sensor_msgs/Imu | specific force, body rates; -1 in a covariance: not in this sample |
 | motors | actuator_msgs/Actuators | commands in 0..1 (`normalized`), speeds in rad/s (`velocity`) |
 | attitude, attitude_target, position, velocity | QuaternionStamped, PointStamped, Vector3Stamped | as logged |
+| thrust_target | geometry_msgs/Vector3Stamped | asked for, share of the largest thrust along body axes |
 | battery_state | sensor_msgs/BatteryState | voltage |
 | state | quad_msgs/VehicleState | at the times of the attitude, the rest between its samples |
 | reference | quad_msgs/TrajectoryPoint | where the log has set points |
@@ -86,6 +87,7 @@ def _messages(recording: Recording) -> list[tuple[int, str, Any]]:
         ("attitude_target", "QuaternionStamped", "quaternion", quaternion, "map"),
         ("position", "PointStamped", "point", point, "map"),
         ("velocity", "Vector3Stamped", "vector", vector, "map"),
+        ("thrust_target", "Vector3Stamped", "vector", vector, "base_link"),
     ):
         for ns, row in _rows(signals.get(name)):
             out.append(
