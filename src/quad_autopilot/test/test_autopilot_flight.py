@@ -4,8 +4,11 @@ import math
 from unittest.mock import Mock
 
 import pytest
+from sequence_flights import PROFILE
 
+from quad_autopilot.autopilot import Autopilot, Control, Stamps
 from quad_autopilot.autopilot_flight import BEAT, AutopilotFlight
+from quad_autopilot.evidence import Intent, Memory, Phase
 from quad_autopilot.parameters import ArmingParameters
 from quad_core.guard_parameters import GuardParameters, StepLimits
 from quad_core.types import AttitudeThrust, Quat, Vec3, VehicleState
@@ -69,3 +72,21 @@ def test_a_node_that_fails_holds_up_the_sequence_before_the_flight_alone(phase, 
     flight.settings.arming = ArmingParameters()
     flight.leader.handshake.missing.return_value = ["recorder (was killed by SIGKILL)"]
     assert AutopilotFlight.begin_step(flight) == goes_on
+
+
+@pytest.mark.parametrize(("since", "cause"), [(0.1, "px4_bridge stood still for 9.54 s"), (5.0, "")])
+def test_a_flight_that_fails_right_after_this_process_stood_still_has_failed_by_that(since, cause):
+    flight = Mock(
+        clock=lambda: 20.0, phase=Phase.FLY, sequence=Memory(Phase.FLY, since=10.0), stop="", beyond="", ack=None
+    )
+    flight.profile, flight.said = PROFILE, Autopilot("AUTO_LAND", Control.LANDING, armed=False)
+    flight.settings.arming, flight.stamps.return_value, flight._intent.return_value = (
+        ArmingParameters(),
+        Stamps(),
+        Intent.FLY,
+    )
+    flight.heard = flight.spoke_at = flight._unanswered_at = 20.0
+    flight._pause, flight._paused_at = "px4_bridge stood still for 9.54 s", 20.0 - since
+    flight.leader.cause, flight.leader.gives_up = "", False
+    assert "disarmed in flight" in AutopilotFlight.step(flight).reason
+    assert flight.leader.cause == cause

@@ -227,11 +227,11 @@ class Check:
             if not _until(lambda: relay.is_ours or fly.poll() is not None, _ARMED_WITHIN) or not relay.is_ours:
                 return Row(mode, fault, float("nan"), "not armed", float("nan"), _words(said))
             time.sleep(self.options.after)
-            if not relay.is_ours:
+            lose = self._loss(fly, fault) if relay.is_ours else None
+            began, ours = relay.now(), relay.status.nav_state
+            if lose is None or not relay.is_ours:  # finding a process takes a while
                 _until(lambda: fly.poll() is not None, _DOWN_WITHIN)
                 return Row(mode, fault, float("nan"), "ended before", float("nan"), _words(said))
-            lose = self._loss(fly, fault)
-            began, ours = relay.now(), relay.status.nav_state
             lose()
             if fault == "agent killed":
                 time.sleep(_OFF)
