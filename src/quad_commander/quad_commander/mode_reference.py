@@ -112,6 +112,8 @@ class ModeReference:
         self._autopilot_flew = mode not in ON_GROUND and seen.autopilot_flies
         self._laws_fly = mode not in UNFOLLOWED and not others_fly
         act = ACTS[before, mode, seen.state.on_ground, self._laws_fly]
+        if seen.by_autopilot and mode in ON_GROUND:  # its estimate wanders while the vehicle stands
+            act = Act.FROM_STATE
         is_sent = is_granted and mode == Mode.HOLD and place != self.place
         if mode != before or is_sent:
             self.place = place if is_granted and mode == Mode.HOLD else None

@@ -460,6 +460,15 @@ def test_a_jump_of_any_length_is_a_hold_that_is_named(jump):
     assert (flight.core.mode, flight.said.text) == (Mode.HOLD, "estimator reset")
 
 
+def test_the_reference_goes_with_an_estimate_that_wanders_while_the_vehicle_stands():
+    flight = Flight("takeoff:2,hold:1,land")
+    flight.refusals = ["state: the estimate moves"]
+    for x in (0.7, 1.4, 2.1):
+        flight.state = GROUND._replace(p_w=GROUND.p_w._replace(x=x))
+        flight.go(1.0, by_autopilot=True)
+        assert (flight.core.mode, flight.said.reference.p_w.x) == (Mode.DISARMED, x)
+
+
 @pytest.mark.parametrize("by_autopilot", [True, False])
 def test_what_the_guard_stops_in_the_simulator_an_autopilot_lands(by_autopilot):
     flight = aloft()
