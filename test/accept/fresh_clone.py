@@ -45,7 +45,7 @@ def run(figures):
         if not python:
             figures.show(f"Python {version}: none found on this machine")
             continue
-        clone = figures.folder / f"Flüge-{version}"
+        clone = figures.folder / f"Flüge und mehr {version}"
         subprocess.run(["git", "clone", "--quiet", str(ROOT), str(clone)], check=True)
         code, seconds = timed([clone / "scripts/setup"], clone, PYTHON=python)
         figures.check(code == 0, f"Python {version}: scripts/setup: exit code {code}")

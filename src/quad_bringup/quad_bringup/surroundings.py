@@ -1,6 +1,7 @@
 """What a flight checks before it starts: other nodes in its domain, free disk, discovery."""
 
 import os
+import shlex
 import shutil
 import socket
 import time
@@ -27,7 +28,8 @@ def how_to_look_on(domain: int) -> str:
     root = os.environ.get("QUAD_ROOT", "")
     chosen = "".join(f" {name}={value}" for name, value in choices(os.environ).items())
     if root and not chosen:
-        return f"to look on from another shell: source {root}/scripts/env.sh; export ROS_DOMAIN_ID={domain}"
+        source = shlex.quote(f"{root}/scripts/env.sh")
+        return f"to look on from another shell: source {source}; export ROS_DOMAIN_ID={domain}"
     unset = " ".join(name for name in (TRANSPORTS, RANGE) if name not in chosen)
     return f"to look on from another shell: unset {unset}; export ROS_DOMAIN_ID={domain}{chosen}"
 

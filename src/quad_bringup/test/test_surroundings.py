@@ -57,8 +57,8 @@ def test_what_keeps_ros_from_starting_is_named(clean, monkeypatch):
 
 def test_the_line_that_lets_another_shell_look_on(clean, monkeypatch):
     assert how_to_look_on() == "unset FASTDDS_BUILTIN_TRANSPORTS ROS_AUTOMATIC_DISCOVERY_RANGE; export ROS_DOMAIN_ID=57"
-    monkeypatch.setenv("QUAD_ROOT", "/here")
-    assert how_to_look_on() == "source /here/scripts/env.sh; export ROS_DOMAIN_ID=57"
+    monkeypatch.setenv("QUAD_ROOT", "/here it is")
+    assert how_to_look_on() == "source '/here it is/scripts/env.sh'; export ROS_DOMAIN_ID=57"
     monkeypatch.setenv("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
     expected = "unset ROS_AUTOMATIC_DISCOVERY_RANGE; export ROS_DOMAIN_ID=57 FASTDDS_BUILTIN_TRANSPORTS=UDPv4"
     assert how_to_look_on() == expected
