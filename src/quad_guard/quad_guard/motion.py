@@ -16,8 +16,8 @@ from quad_core.geometry import body_z, clamp
 from quad_core.types import Quat, Vec3
 from quad_core.vehicle import Vehicle
 
-INTERVAL, LONGEST, MEMORY = 0.05, 0.2, 1.0
-"""T at least, and at most, after which a new one begins; for how long what was seen counts; s."""
+INTERVAL, LONGEST, MEMORY = 50_000_000, 0.2, 1.0
+"""T at least in ns, and at most in s, after which a new one begins; for how long in s what was seen counts."""
 FOUND, EXPLAINED, LEAST_TURN = 1.0, 0.3, math.radians(30.0)
 """Another heading is found when it explains so many m^2/s^3 more, leaves less than this share of what the present one
 leaves, and is so many rad away."""
@@ -53,9 +53,9 @@ def gathered(before: Evidence, vehicle: Vehicle, v: Vec3, q: Quat, thrust: float
 
     ``period`` in ns. Within an interval it stays as it is.
     """
-    gap = (step - before.step) * period / 1e9
-    if before.step >= 0 and gap < INTERVAL:
+    if before.step >= 0 and (step - before.step) * period < INTERVAL:
         return before
+    gap = (step - before.step) * period / 1e9
     up, size = body_z(q), thrust / vehicle.mass
     u = Vec3(size * up.x, size * up.y, size * up.z)
     if before.step < 0 or gap > LONGEST:
