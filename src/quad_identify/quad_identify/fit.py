@@ -234,16 +234,24 @@ def _covariance(
     rows, errors = slopes[:-BELIEFS].reshape(windows, -1, len(free)), left[:-BELIEFS].reshape(windows, -1)
     scores = np.einsum("wkp,wk->wp", rows, errors)
     bread = np.linalg.pinv(slopes.T @ slopes, hermitian=True)
-    meat = scores.T @ scores * windows / max(windows - len(free) / 3, 1.0) + believed
-    outlived = _outlived(scores)
-    for apart in range(1, outlived):  # errors that outlive a window, weighted as by Newey and West
-        both = scores[apart:].T @ scores[:-apart]
-        meat = meat + (1.0 - apart / outlived) * (both + both.T)
+    freedom = max(windows - len(free) / 3, 2.0)
+    meat, widened = scatter(scores)
     out = np.zeros((len(NAMES), len(NAMES)))
-    out[np.ix_(free, free)] = bread @ meat @ bread
-    share = (outlived - OUTLIVED) / windows
-    widened = 1.0 + (2.9694 * share + 0.416 * share**2 - 0.5324 * share**3) / 1.96  # Kiefer and Vogelsang 2005
-    return out, widened * float(student.ppf(0.975, max(windows - len(free) / 3, 2.0)))
+    out[np.ix_(free, free)] = bread @ (meat * windows / freedom + believed) @ bread
+    return out, widened * float(student.ppf(0.975, freedom))
+
+
+def scatter(scores: Floats) -> tuple[Floats, float]:
+    """Return the covariance of the sum of ``scores`` (windows, n), which may last, and by how much to widen intervals.
+
+    Weighted as by Newey and West; widened as by Kiefer and Vogelsang (2005), for so few sums tell a covariance badly.
+    """
+    out, outlived = scores.T @ scores, _outlived(scores)
+    for apart in range(1, outlived):
+        both = scores[apart:].T @ scores[:-apart]
+        out = out + (1.0 - apart / outlived) * (both + both.T)
+    share = outlived / len(scores)
+    return out, 1.0 + (2.9694 * share + 0.416 * share**2 - 0.5324 * share**3) / 1.96
 
 
 def _outlived(scores: Floats) -> int:
