@@ -15,12 +15,13 @@ pytestmark = pytest.mark.flight
 
 ROLES = ["--ros-args", "-p", "flight.roles:=simulator,attitude_controller"]
 REAL_TIME = ["-p", "flight.mode:=realtime", "-p", "flight.plant_period:=10000000"]
-CHECK = [Path(get_package_prefix("quad_dynamics"), "lib", "quad_dynamics", "check_plant")]
+PROGRAMS = Path(get_package_prefix("quad_dynamics"), "lib", "quad_dynamics")
+CHECK = [PROGRAMS / "check_plant"]
 EXAMPLE = [sys.executable, ROOT / "examples/own_nodes/vehicle.py", *ROLES]
 
 
 def simulator(*words):
-    return [CHECK.with_name("simulator"), *ROLES, "-p", "disturbance:=none", *words]
+    return [PROGRAMS / "simulator", *ROLES, "-p", "disturbance:=none", *words]
 
 
 def said(*words):
@@ -55,17 +56,17 @@ def test_a_vehicle_of_the_stack_is_kept(vehicle, both):
 
 SLOW = """
 import time
-from quad_dynamics.check_plant import node
-answer = node.PlantCheck.step
-node.PlantCheck.step = lambda *given: (time.sleep(0.01), answer(*given))
-node._ANSWER = 0.9
-node.main()
+from quad_dynamics import check_plant
+answer = check_plant.PlantCheck.step
+check_plant.PlantCheck.step = lambda *given: (time.sleep(0.01), answer(*given))
+check_plant._ANSWER = 0.9
+check_plant.main()
 """
 
 
 def test_a_vehicle_on_a_busy_machine_is_judged_by_the_clock_of_its_flight(monkeypatch):
     monkeypatch.setattr("test_check_plant.CHECK", [sys.executable, "-c", SLOW])  # 1.5 s for a climb
-    done = checked(simulator("quad_dynamics"))
+    done = checked(simulator())
     assert done.stdout.splitlines()[-1] == "20 of 20 kept", done.stdout + done.stderr
 
 
