@@ -140,6 +140,15 @@ def test_motors_in_another_order_than_the_map_says_are_named():
     assert "order 'crazyflie'" in "".join(doubts(Recording(signals, "x", [])))
 
 
+def test_a_damaged_time_is_refused_and_a_damaged_number_left_out():
+    table = {"t": np.array([0.0, 1.0, 2.0, 3.0]), "battery": np.array([12.0, 1e300, 12.0, 12.0])}
+    content = {"time": {"column": "t"}, "signals": {"voltage": {"columns": ["battery"]}}}
+    assert mapped({"": table}, content, []).signals["voltage"].t.tolist() == [0.0, 2.0, 3.0]
+    table["t"][3] = 1e11
+    with pytest.raises(FlightLogError, match=r"voltage: battery: its times span 1e[+]11 s, expected at most 86400 s"):
+        mapped({"": table}, content, [])
+
+
 def test_attitude_and_thrust_set_points_of_px4_are_read():
     half, one = np.sqrt(0.5), np.ones(2)
     columns = {"t": np.array([0.0, 0.1]), "q_d[0]": half * one, "q_d[3]": half * one, "thrust_body[2]": -0.6 * one}

@@ -17,6 +17,7 @@ FASTEST = 1000.0  # Hz of the grid
 BLOCK_RATE = 100.0  # Hz at which model and measurement are compared; both are means over the same spans
 WINDOW = 0.25  # s over which body rates are integrated without correction
 IN_FLIGHT = 0.5  # of the median command: below it the vehicle stands or falls
+MOST = 2_000_000  # samples of the grid: 33 minutes at 1 kHz, in less than 1 GB
 NEAR_GROUND = 1.5  # s after take-off and before landing that are left out
 SLOWEST = 20.0  # Hz of specific force, rates and motors below which nothing is tried
 
@@ -152,6 +153,9 @@ def gridded(flight: Flight, full_speed: float = 1.0) -> Grid:
         raise RecordError(
             f"{flight.name}: found {end - begin:.1f} s with force, rates and motors, expected 5 s or more"
         )
+    if count > MOST:
+        expected = f"at most {MOST}: a damaged time, or a log to be cut"
+        raise RecordError(f"{flight.name}: found {count} samples in {end - begin:.4g} s, expected {expected}")
     t = begin + step * np.arange(count)
     middle = t.reshape(-1, per).mean(axis=1)
     command = held(flight.motors, t) / full_speed

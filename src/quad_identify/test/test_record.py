@@ -41,6 +41,12 @@ def test_spikes_numbers_that_are_none_and_steps_back_in_time_are_left_out_and_co
     assert "3 of 10000 rows left out" in notes[0]
 
 
+def test_a_damaged_time_takes_no_memory():
+    late = np.append(T[:-1], 1e5)
+    with pytest.raises(RecordError, match=r"found .* samples in 1e[+]05 s, expected at most"):
+        gridded(Flight(samples(4, t=late), samples(3, 9.8, t=late), samples(3, t=late)))
+
+
 def test_a_command_holds_until_the_next():
     signal = Samples(np.array([0.0, 1.0, 2.0]), np.array([[1.0], [2.0], [3.0]]))
     assert held(signal, np.array([0.0, 0.99, 1.0, 5.0]))[:, 0].tolist() == [1.0, 1.0, 2.0, 3.0]

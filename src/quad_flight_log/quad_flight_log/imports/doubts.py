@@ -12,6 +12,7 @@ from quad_flight_log.imports.maps import Recording, Signal
 
 Floats = NDArray[np.float64]
 GRAVITY = 9.81
+MOST = 200_000  # moments at which two signals are compared, so that a damaged time takes no memory
 
 
 def doubts(recording: Recording) -> list[str]:
@@ -83,7 +84,7 @@ def _mean_over(signal: Signal, t: Floats, span: float = 0.1) -> Floats:
 
 def _both(one: Signal, other: Signal) -> Floats:
     begin, end = max(one.t[0], other.t[0]) + 1.0, min(one.t[-1], other.t[-1]) - 1.0
-    return np.arange(begin, end, 0.05) if end > begin + 3.0 else np.zeros(0)
+    return np.arange(begin, end, max(0.05, (end - begin) / MOST)) if end > begin + 3.0 else np.zeros(0)
 
 
 def _rates(rates: Signal, attitude: Signal) -> list[str]:
@@ -157,7 +158,7 @@ def _motor_order(motors: Signal, rates: Signal, rotors: str) -> list[str]:
     fast = min(len(motors.t) / np.ptp(motors.t), len(rates.t) / np.ptp(rates.t))
     if not len(t) or fast < 45.0:
         return []
-    t = np.arange(t[0], t[-1], 0.02)
+    t = np.arange(t[0], t[-1], max(0.02, (t[-1] - t[0]) / MOST))
     alpha, out = _derivative(rates, t, 0.04), []
     best = {}
     for name, arrangement in ARRANGEMENTS.items():

@@ -28,6 +28,8 @@ from quad_flight_log.imports.tables import Tables
 from quad_flight_log.imports.telemetry import Table
 
 Floats = NDArray[np.float64]
+LONGEST = 86400.0  # s that a log may span
+LARGEST = 1e30  # of a number: messages have 32 bits for it
 WIDTHS = {
     "specific_force": 3,
     "body_rates": 3,
@@ -156,6 +158,10 @@ def mapped(tables: Tables, content: Mapping[str, Any], notes: list[str]) -> Reco
         raise FlightLogError(f"the map finds none of its columns; the log has {names[:500]}")
     if missing:
         notes = [*notes, f"not in the log: {', '.join(missing)}"]
+    for name, found in signals.items():
+        if (span := float(found.t[-1] - found.t[0])) > LONGEST:
+            expected = f"at most {LONGEST:g} s: a damaged time, or its unit"
+            raise FlightLogError(f"{name}: {found.source}: its times span {span:.4g} s, expected {expected}")
     first = min(float(found.t[0]) for found in signals.values())
     moved = {name: found._replace(t=found.t - first) for name, found in signals.items()}
     return Recording(moved, str(content.get("rotors", "x")), notes, content.get("curve", 1.0))
@@ -182,7 +188,7 @@ def _signal(name: str, table: Table, entry: Mapping[str, Any], content: Mapping[
         )
     good = np.isfinite(t)
     if name != "reference_position":
-        good &= np.isfinite(values).all(axis=1)
+        good &= (np.abs(values) < LARGEST).all(axis=1)
     good[1:] &= t[1:] > np.maximum.accumulate(np.where(good, t, -np.inf))[:-1]
     source, t, values = f"{entry.get('table', '')} {', '.join(entry['columns'])}".strip(), t[good], values[good]
     if order := entry.get("derivative"):
