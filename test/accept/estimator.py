@@ -37,6 +37,7 @@ STAMPS = {
     "a clock behind": lambda ns: ns - 100 * 10**9,
 }
 LATENCY = 0.2  # s
+NOISE = 1e-4  # m
 
 
 class Faults(NamedTuple):
@@ -157,11 +158,17 @@ class Spoiler(Node):
             while len(self._before) > 1 and self._before[1][0] <= ns - LATENCY * 1e9:
                 self._before.popleft()
             return deepcopy(self._before[0][1])
-        if wrong in ("pose frozen", "frozen") and 1e-9 * ns >= self._faults.begins:
+        if wrong == "two poses" and not waits:
+            if 1e-9 * ns >= self._faults.begins:
+                self._before.rotate()
+                return deepcopy(self._before[0])
+            self._before = deque([*self._before, deepcopy(message)], maxlen=2)
+        if wrong in ("pose frozen", "noisy", "frozen") and 1e-9 * ns >= self._faults.begins:
             self._frozen = self._frozen or deepcopy(message)
             if wrong == "frozen":
                 return deepcopy(self._frozen)
             message.pose = deepcopy(self._frozen.pose)
+            message.pose.pose.position.x += self._random.gauss(0.0, NOISE) if wrong == "noisy" else 0.0
         return message
 
     def _publish(self, message):

@@ -1,4 +1,4 @@
-"""40 mistakes of an estimator and 12 honest odd ones, in hover and Case 2: refused, landed by name, or flown.
+"""43 mistakes of an estimator and 12 honest odd ones, in hover and Case 2: refused, landed by name, or flown.
 
 A process stands between the simulator's `odom` and the relay (``estimator``). A mistake is refused before the flight
 where it shows there. Otherwise it is named within 0.5 s of the motion that shows it; a wrong twist is taken from the
@@ -88,6 +88,9 @@ MISTAKES = {
     "rates of other axes": Mistake(FLIES, "x and y swapped"),
     "pose frozen": Mistake(LANDED, "the same pose since", {"begins": "3", "pose": "1"}),
     "frozen": Mistake(LANDED, "the same pose since", {"begins": "3"}),
+    "pose alone, two poses": Mistake(LANDED, "the same poses since", {"begins": "3", "pose": "1"}),
+    "two poses": Mistake(LANDED, "the same poses since|does not move as the wrench says", {"begins": "3"}),
+    "noisy": Mistake(LANDED, DOES_NOT_MOVE, {"begins": "2", "pose": "1"}),
     "silent": Mistake(LANDED, "est/odom: silent since", {"begins": "3"}),
     "latency": Mistake(LANDED, ""),
     "zero stamps": Mistake(REFUSED, "its stamps do not advance"),

@@ -7,8 +7,8 @@ Twist and slopes are held against each other and against the wrench that moves t
 twist that does not fit is named, and from then on the slopes take its place; a pose that does not fit ends the flight.
 A position that jumps is a reset: what it jumped by is taken off again, so that the
 states go on without a step. Stamps may jitter, samples may be doubled, swapped or missing: all are counted. A moving
-vehicle whose pose stays the same to the bit has not been measured: in lockstep its last state stands, else there is
-none.
+vehicle whose pose is to the bit one of the last has not been measured: in lockstep its last state stands, else there is
+none. A pose that stops without a push is wrong.
 """
 
 import math
@@ -39,6 +39,8 @@ from quad_core.mistakes import (
     MEMORY,
     MOST,
     POSITION,
+    STOP,
+    STOP_WITHIN,
     TURN,
     Claim,
     Turn,
@@ -71,8 +73,11 @@ STILL = 1e-4
 """m/s and rad/s below which the pose of a vehicle may stay the same."""
 AT_REST = 0.05
 """m/s below which the ground may hold a vehicle."""
+REPLAYED, FINE, APART = 64, 5e-6, 1e-9
+"""Poses of which a live estimate takes none again, if its position comes in steps finer than FINE m; m between two."""
 _RESETS = 5
 """Resets within RESTART that no estimator makes."""
+_REPLAY = "the same poses"
 _CROWDED = 10
 """Samples that fell into the step of another one and left theirs empty, after which the grid moves by half a step."""
 
@@ -127,6 +132,8 @@ class Estimator:
         self._step = -1
         self._crowded = self._skipped = 0  # samples in the step of another one, and steps left empty, since it moved
         self._seen: deque[Sample] = deque()
+        self._poses: deque[tuple[Vec3, Quat]] = deque(maxlen=REPLAYED)
+        self._grain = math.inf  # m: the smallest change of the position on any axis so far
         self._offset = ZERO
         self._misfit_since: dict[str, float] = {}
         self._driven: Drive | None = None
@@ -204,14 +211,21 @@ class Estimator:
                 self._origin += self._period // 2  # samples lie where two steps meet: now in the middle of one
                 self._crowded = self._skipped = 0
             return None
-        if last is not None and sample.p_w == last.p_w and sample.q_wb == last.q_wb and self._moves():
+        if last is not None and (repeats := self._repeats(sample, last)):
             self.counts["repeated_samples"] += 1
-            self.stall = "the same pose"
+            self.stall = repeats
             self._step = step
             return (step, self._state) if self._lockstep else None
         self._note(step, sample, last)
         self._state, self.stall, self.good_step = self._made(sample), "", step
         return step, self._state
+
+    def _repeats(self, sample: Sample, last: Sample) -> str:
+        """Return what a sample repeats, empty if it is a new one: the last pose, or some of the poses before it."""
+        if sample.p_w == last.p_w and sample.q_wb == last.q_wb:
+            return self.stall if self.stall == _REPLAY else "the same pose" if self._moves() else ""
+        is_told = self._grain < FINE and norm(subtract(sample.p_w, last.p_w)) > APART
+        return _REPLAY if is_told and (sample.p_w, sample.q_wb) in self._poses else ""
 
     def _moves(self) -> bool:
         return norm(self._state.v_w) > STILL or norm(self._state.omega_b) > STILL
@@ -246,6 +260,8 @@ class Estimator:
             self.jitter_ns = max(self.jitter_ns, off)
         if last is not None:
             elapsed = sample.time - last.time
+            moves = subtract(sample.p_w, last.p_w)
+            self._grain = min(self._grain, *(abs(part) or math.inf for part in moves))
             self._integrate(sample.q_wb, elapsed)
             self._spacings.append(elapsed)
             self._skipped += step > self._step + 1
@@ -257,6 +273,7 @@ class Estimator:
         while len(self._seen) > 3 and self._seen[0].time < sample.time - CHECK:
             self._seen.popleft()
         self._step, self._last = step, sample
+        self._poses.append((sample.p_w, sample.q_wb))
         self._check(sample.time)
 
     def _integrate(self, q: Quat, elapsed: float) -> None:
@@ -344,6 +361,9 @@ class Estimator:
         if abs(angle) > ASTRAY or self._astray.factor > MOST:
             looks = likely(POSITION | heading(-angle), changed, pushes)
             self._blame_pose("the position", changed, pushes, f"m/s more within {MEMORY:g} s", looks)
+        stop = self._of_velocity.unexplained(STOP_WITHIN)
+        if self._rests and norm(Vec3(stop.x, stop.y, min(stop.z, 0.0))) > STOP:  # upwards the ground may push
+            self._blame_pose("the position", ZERO, scale(-1.0, stop), "m/s", "the last pose, sent again")
 
     def _check_velocity(self, time: float, found: Vec3, true: Vec3) -> None:
         """Compare twist.linear, turned into the world, with the slope of the position."""

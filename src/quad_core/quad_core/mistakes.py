@@ -28,6 +28,8 @@ ASTRAY, LEAST_PUSH = math.radians(45.0), 60.0
 """The same between thrust and change of velocity: a gust of 0.5 s does not count."""
 MOST = 2.0
 """Times as much as the thrust pushes that a position may be sped up."""
+STOP, STOP_WITHIN = 0.6, 0.2
+"""m/s by which a vehicle slows down within so many s only if something pushes it: 3 m/s^2 are more than wind does."""
 ALIKE = 0.9
 """Cosine of what is left between two vectors after a turn."""
 
@@ -149,6 +151,12 @@ class Witness:
         self._nearer = KEPT * self._nearer + dot(subtract(wrench, twist), between)
         self._apart = KEPT * self._apart + dot(between, between)
         return pose, wrench
+
+    def unexplained(self, span: float) -> Vec3:
+        """Return by how much more than the wrench the pose changed over the last ``span`` s."""
+        now = self._claims[-1]
+        then = next((one for one in reversed(self._claims) if one.time <= now.time - span), self._claims[0])
+        return subtract(subtract(now.pose, then.pose), subtract(now.wrench, then.wrench))
 
     @property
     def blames_pose(self) -> bool:

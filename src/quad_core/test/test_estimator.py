@@ -214,20 +214,24 @@ def test_a_noisy_twist_is_not_called_wrong():
     assert said == []
 
 
+@pytest.mark.parametrize("pose_alone", [False, True])
+@pytest.mark.parametrize(("last", "words"), [(1, "the same pose"), (2, "the same poses"), (50, "the same poses")])
 @pytest.mark.parametrize("lockstep", [False, True])
-def test_a_moving_vehicle_whose_pose_stays_the_same_to_the_bit_is_not_measured(lockstep):
+def test_a_moving_vehicle_whose_pose_is_to_the_bit_one_of_the_last_is_not_measured(lockstep, last, words, pose_alone):
     one = estimator(lockstep=lockstep)
-    found, _ = flown(one, [sample(k) for k in range(100)])
-    repeated = [one.take(sample(99)._replace(stamp_ns=k * PERIOD, arrived=0.002 * k)) for k in range(100, 105)]
-    assert repeated == ([(k, found[99][1]) for k in range(100, 105)] if lockstep else 5 * [None])
-    assert (one.stall, one.good_step, one.counts["repeated_samples"]) == ("the same pose", 99, 5)
-    assert one.take(sample(105))[0] == one.good_step == 105
+    found, _ = flown(one, [sample(k, pose_alone=pose_alone) for k in range(100)])
+    sent = [sample(100 - last + k % last, pose_alone=pose_alone) for k in range(150)]
+    repeated = [one.take(old._replace(stamp_ns=k * PERIOD, arrived=0.002 * k)) for k, old in enumerate(sent, 100)]
+    assert repeated == ([(k, found[99][1]) for k in range(100, 250)] if lockstep else 150 * [None])
+    assert (one.stall, one.good_step, one.counts["repeated_samples"]) == (words, 99, 150)
+    assert one.take(sample(250))[0] == one.good_step == 250
     assert one.stall == ""
 
 
-def test_a_vehicle_at_rest_may_stay_where_it_is():
+@pytest.mark.parametrize("step", [0.0, 1e-3, 1e-15])
+def test_a_vehicle_at_rest_may_stay_where_it_is_or_change_between_two_coarse_places(step):
     one = estimator()
-    still = [Sample(k * PERIOD, 0.002 * k, Vec3(), Quat(), Vec3(), Vec3()) for k in range(100)]
+    still = [Sample(k * PERIOD, 0.002 * k, Vec3(step * (k % 2)), Quat(), Vec3(), Vec3()) for k in range(100)]
     assert all(flown(one, still)[0])
 
 

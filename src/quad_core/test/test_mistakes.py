@@ -111,6 +111,21 @@ def test_an_honest_estimate_is_blamed_for_nothing(pose_alone, noise, unknown):
     assert flown(None, noise, unknown, pose_alone) == []
 
 
+@pytest.mark.parametrize("pose_alone", [False, True])
+def test_a_pose_that_stands_with_noise_while_nothing_brakes_the_vehicle_is_wrong(pose_alone):
+    rng, sent = np.random.default_rng(2), []
+
+    def stands(place, *others):
+        sent.append((place, *others))
+        place, *others = sent[min(len(sent) - 1, 250)]
+        return place + rng.normal(0.0, 1e-3, 3), *others
+
+    time, kind, text = flown(stands, pose_alone=pose_alone)[0]
+    assert kind == "wrong_pose"
+    assert 0.5 < time <= 0.7
+    assert "the position does not move as the wrench says" in text
+
+
 def test_a_turn_is_told_once_enough_has_moved():
     turn = Turn(LEAST_MOTION)
     turn.note(Vec3(2.0, 0.0, 5.0), Vec3(0.0, 2.0, 0.0))
