@@ -223,7 +223,9 @@ class Estimator:
     def _repeats(self, sample: Sample, last: Sample) -> str:
         """Return what a sample repeats, empty if it is a new one: the last pose, or some of the poses before it."""
         if sample.p_w == last.p_w and sample.q_wb == last.q_wb:
-            return self.stall if self.stall == _REPLAY else "the same pose" if self._moves() else ""
+            if self.stall == _REPLAY:
+                return _REPLAY
+            return "the same pose" if self._moves() else ""
         is_told = self._grain < FINE and norm(subtract(sample.p_w, last.p_w)) > APART
         return _REPLAY if is_told and (sample.p_w, sample.q_wb) in self._poses else ""
 

@@ -385,6 +385,13 @@ def _play(options: argparse.Namespace) -> int:
     return 0
 
 
+def _speed(text: str) -> float:
+    value = float(text)
+    if not 0.01 <= value <= 1000.0:
+        raise argparse.ArgumentTypeError(f"found {text!r}, expected 0.01 to 1000")
+    return value
+
+
 _REPEATED: dict[str, Any] = {"action": "append", "default": []}
 FLAGS: dict[str, dict[str, Any]] = {
     "--json": {"action": "store_true", "help": "print JSON"},
@@ -411,7 +418,7 @@ FLAGS: dict[str, dict[str, Any]] = {
     "--map": {"default": "", "metavar": "NAME|FILE", "help": "map of columns, shipped or a YAML file"},
     "--listen": {"default": "127.0.0.1:14540", "metavar": "HOST:PORT", "help": "UDP port that the autopilot sends to"},
     "--live": {"action": "store_true", "required": True, "help": "the flight under way; log play shows a bag"},
-    "--speed": {"type": float, "default": 1.0, "metavar": "X", "help": "times the flight's own pace (default: 1)"},
+    "--speed": {"type": _speed, "default": 1.0, "metavar": "X", "help": "times the flight's own pace (default: 1)"},
     "--position": {"metavar": "LAW", "help": "position law (default: the one that flew)"},
     "--attitude": {"metavar": "LAW", "help": "attitude law (default: the one that flew)"},
     "--preset": {"type": Path, "metavar": "FILE", "help": "gains of the laws (default: those that flew, or tuned)"},

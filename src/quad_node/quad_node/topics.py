@@ -13,7 +13,18 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState
 
-from quad_core.cascade import COMMANDER, RECORDER, RELAY, SHADOW, SIGNALS, SIMULATOR, STAGES, TRAJECTORY, Signal
+from quad_core.cascade import (
+    COMMANDER,
+    RECORDER,
+    RELAY,
+    SHADOW,
+    SHADOWS,
+    SIGNALS,
+    SIMULATOR,
+    STAGES,
+    TRAJECTORY,
+    Signal,
+)
 from quad_core.roles import Stage
 from quad_core.types import Wrench
 from quad_msgs.msg import (
@@ -146,7 +157,7 @@ def _shadow_topics(stage: Stage) -> tuple[Topic, Topic]:
 
 _STAGES = tuple(stage.role for stage in STAGES)
 _ALL = (SIMULATOR, TRAJECTORY, *_STAGES, RECORDER)
-_LISTENERS = (TRAJECTORY, *_STAGES, *(SHADOW + role for role in _STAGES), RECORDER, RELAY, COMMANDER)
+_LISTENERS = (TRAJECTORY, *_STAGES, *SHADOWS, RECORDER, RELAY, COMMANDER)
 
 TOPICS = {
     topic.name: topic
