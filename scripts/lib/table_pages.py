@@ -58,22 +58,6 @@ ROS 2 `ros2 run PACKAGE NAME` is `install/PACKAGE/lib/PACKAGE/NAME`, in a shell 
 
 A node exits with the code of its flight. `command` exits with 0: done, 1: refused, 2: no answer.
 """
-FORMULAS = {
-    "duration": ("end of the flight - t0", "whole"),
-    "position_rmse": ("sqrt(mean of abs(p - p_d)^2)", "after the approach"),
-    "position_max": ("max of abs(p - p_d)", "after the approach"),
-    "position_final": ("abs(p - p_d) at the last reference", "one instant"),
-    "position_iae": ("integral of abs(p - p_d) dt", "after the approach"),
-    "position_itae": ("integral of t abs(p - p_d) dt", "after the approach"),
-    "settling_time": ("least T with abs(p - p_d) < band for all t >= T", "after the approach"),
-    "attitude_rmse": ("sqrt(mean of abs(phi, theta, psi - setpoint)^2)", "after the approach"),
-    "thrust_effort": ("sum of F_T^2 times hold time", "after the approach"),
-    "torque_effort": ("sum of abs(tau)^2 times hold time", "after the approach"),
-    "torque_total_variation": ("sum of abs(tau[k] - tau[k-1]) over the axes", "after the approach"),
-    "torque_high_frequency": ("torque_effort of the part above the frequency", "after the approach"),
-    "chattering_index": ("torque_high_frequency / torque_effort, mean removed", "after the approach"),
-    "saturation_time": ("time with a flag of `actuation` set", "after the approach"),
-}
 METRICS_HEAD = """# Metrics
 
 Computed from a bag by `scripts/log metrics`, `report`, `check` and at the end of `scripts/fly`. `p` is `truth`, or
@@ -117,12 +101,9 @@ def rows(head: list[str], lines: Iterable[list[str]]) -> str:
 
 
 def metrics_page() -> str:
-    """Return docs/reference/metrics.md; raises KeyError for a metric without a formula."""
-    lines = [
-        [f"`{name}`", metric.unit or "1", metric.meaning, f"`{FORMULAS[name][0]}`", FORMULAS[name][1]]
-        for name, metric in METRICS.items()
-    ]
-    return METRICS_HEAD + "\n" + rows(["metric", "unit", "meaning", "formula", "window"], lines)
+    """Return docs/reference/metrics.md."""
+    lines = [[f"`{name}`", metric.unit or "1", metric.meaning] for name, metric in METRICS.items()]
+    return METRICS_HEAD + "\n" + rows(["metric", "unit", "meaning"], lines)
 
 
 def modes_page() -> str:

@@ -122,7 +122,7 @@ class Flown(NamedTuple):
 
 def flown(figures, flight, faults, clock=("--realtime",)):
     """Fly the words ``flight`` of fly on the estimator with ``faults`` ({key of Faults: text})."""
-    bag = figures.folder / re.sub(r"[^\w-]+", "_", " ".join([*flight, *faults.values(), *clock]))
+    bag = figures.folder / re.sub(r"[^\w-]+", "_", " ".join([*flight, *sum(faults.items(), ()), *clock]))
     stamps = ("--set", "odometry_relay.stamps=first") if faults.get("wall_clock") == "1" else ()
     with reserved_domain(None) as domain:
         pass

@@ -1,7 +1,8 @@
-"""60 random pairs of faults in disturbed air, in the loop without ROS: hover and Case 2, two vehicles.
+"""60 random pairs of faults in disturbed air without ROS, 40 over ROS in real time: hover and Case 2, two vehicles.
 
 A pair is two kinds of fault, each at a random moment and of a random size that the guard promises to bear alone. A
 vehicle is lost that touches down faster than 3 m/s or beyond 15 deg. ``--each N``: so many pairs.
+``--only "real time"`` or ``--only lockstep``: by one clock.
 """
 
 import collections
@@ -9,11 +10,14 @@ import math
 import random
 
 import numpy as np
+from flying import finish, landing, start
 from frozen_state import GAUSSIAN, scenario
 
 from quad_flight.flight import fly, from_names
+from quad_flight_log.bag.reader import open_flight
 
-PAIRS = 60
+PAIRS = {"lockstep": 60, "real time": 40}
+PATIENCE = 400.0  # s for a flight over ROS
 SOFT, LIMIT, TILT = 1.5, 3.0, 15.0  # m/s, m/s, deg
 LONGEST, LOW = 20.0, 0.05  # s of a flight, m
 FLOWN = (("hover", "paper", 0.56), ("hover", "x500", 2.064), ("case2", "paper", 0.56))  # case, vehicle, kg
@@ -78,25 +82,49 @@ class Table:
 
 
 def run(figures):
-    table, rng = Table(figures), random.Random(9)
-    for number in range(figures.each(PAIRS)):
+    for clock, pairs in PAIRS.items():
+        if figures.wants(clock):
+            figures.show(f"{clock}:")
+            fly_pairs(figures, clock, figures.each(pairs))
+
+
+def fly_pairs(figures, clock, pairs):
+    """Fly random pairs by one clock and print the table of their outcomes."""
+    table, rng = Table(figures), random.Random(9 if clock == "lockstep" else 40)
+    for number in range(pairs):
         case, name, mass = FLOWN[number % len(FLOWN)]
         pair = rng.sample(sorted(FAULTS), 2)
         events = [event(rng, fault, mass, 5.0, 10.0) for fault in pair]
-        flight = from_names(
-            case,
-            vehicle=name,
-            preset="x500" if name == "x500" else "tuned",
-            settings=["trajectory.hover.position.z=5.0"] if case == "hover" else [],
-            scenario=scenario(figures.folder, [GAUSSIAN, *events]),
-            seed=number,
-            duration=LONGEST,
-        )
-        result = fly(flight)
-        last = result.topics["truth"][-1]
-        lean = math.degrees(math.acos(1.0 - 2.0 * float((last["q_wb"][:2] ** 2).sum())))
-        came_down = bool(result.guard) or result.outcome != "ended"
-        figures.check(not came_down or last["p_w"][2] < LOW, f"{number}: ends at {last['p_w'][2]:.2f} m")
-        speed = float(np.linalg.norm(last["v_w"]))
+        settings = ["trajectory.hover.position.z=5.0"] if case == "hover" else []
+        asked = {
+            "vehicle": name,
+            "preset": "x500" if name == "x500" else "tuned",
+            "scenario": scenario(figures.folder, [GAUSSIAN, *events]),
+            "seed": number,
+            "duration": LONGEST,
+        }
+        flown = without_ros(case, settings, asked) if clock == "lockstep" else over_ros(figures, case, settings, asked)
+        came_down, height, speed, lean = flown
+        figures.check(not came_down or height < LOW, f"{number}: ends at {height:.2f} m")
         table.add(f"{number} {case} {name}, {'; '.join(events)}", pair, came_down, speed, lean)
     table.show()
+
+
+def without_ros(case, settings, asked):
+    """Return whether the guard flew to the ground, and height m, speed m/s and tilt deg of the end."""
+    result = fly(from_names(case, settings=settings, **asked))
+    last = result.topics["truth"][-1]
+    lean = math.degrees(math.acos(1.0 - 2.0 * float((last["q_wb"][:2] ** 2).sum())))
+    came_down = bool(result.guard) or result.outcome != "ended"
+    return came_down, float(last["p_w"][2]), float(np.linalg.norm(last["v_w"])), lean
+
+
+def over_ros(figures, case, settings, asked):
+    """Return the same of a flight by processes of its own in real time."""
+    bag = figures.folder / f"real_time_{asked['seed']}"
+    words = [word for key, value in asked.items() for word in (f"--{key}", value)]
+    words += [word for setting in settings for word in ("--set", setting)]
+    done = finish(start(case, *words, "--realtime", "--out", bag), PATIENCE)
+    figures.check(done.returncode in (0, 1), f"{bag.name}: exit code {done.returncode}")
+    height, speed, lean = landing(open_flight(bag))
+    return done.returncode == 1, height, speed, lean

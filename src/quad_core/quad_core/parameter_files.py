@@ -19,6 +19,7 @@ DEEPEST = 40  # levels of YAML
 # libyaml's are four times as fast, and every node of a flight reads and writes its parameters
 SafeLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _SafeDumper: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+ODD_INDENT = re.compile(r"^[ \t]*([^\S \t\r\n]|\u200b)", re.MULTILINE)
 _NO_SUCH = re.compile("unknown parameter|no such parameter")
 _TRUE = ("y", "Y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON")
 _FALSE = ("n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF")
@@ -99,6 +100,9 @@ def load_yaml(text: str, loader: Any = SafeLoader) -> Any:
     """
     if len(text) > LONGEST:
         raise ValueError(f"{len(text)} characters of YAML, more than the {LONGEST} that are read")
+    if indent := ODD_INDENT.search(text):
+        line, found = text.count("\n", 0, indent.start()) + 1, f"U+{ord(indent[1]):04X}"
+        raise ValueError(f"line {line}: found the blank {found}, expected U+0020: YAML is indented by plain blanks")
     try:
         _check_events(text)
         return yaml.load(text, loader)
@@ -118,7 +122,8 @@ def load_yaml_file(path: Path, loader: Any = SafeLoader) -> Any:
     """Return what the file ``path`` says, as ``load_yaml``; raises OSError, and ValueError for another encoding too."""
     data = path.read_bytes()
     if data[:2] in (b"\xff\xfe", b"\xfe\xff") or 0 in data[:2]:
-        raise ValueError("found UTF-16, expected UTF-8: save the file as UTF-8")
+        found = "UTF-32" if data[:8].count(0) > 4 else "UTF-16"
+        raise ValueError(f"found {found}, expected UTF-8: save the file as UTF-8")
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:

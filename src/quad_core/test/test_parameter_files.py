@@ -64,7 +64,12 @@ TEXT = "/**:\n  ros__parameters:\n    # Größe\n    a: 1\n"
     (TEXT.encode("utf-16"), "found UTF-16, expected UTF-8"),
     (TEXT.encode("utf-16-le"), "found UTF-16, expected UTF-8"),
     (TEXT.replace("    a", "\ta").encode(), "line 4: found a tab, expected blanks"),
+    (TEXT.encode("utf-32"), "found UTF-32, expected UTF-8"),
+    (TEXT.encode("utf-32-be"), "found UTF-32, expected UTF-8"),
     (TEXT.replace("  ros", "\tros").encode(), "line 2: found a tab, expected blanks"),
+    (TEXT.replace("    a", "\xa0\xa0  a").encode(), "line 4: found the blank U+00A0, expected U+0020"),
+    (TEXT.replace("  ros", " \u3000ros").encode(), "line 2: found the blank U+3000, expected U+0020"),
+    (TEXT.replace("    a", "   \u200b a").encode(), "line 4: found the blank U+200B, expected U+0020"),
 ])  # fmt: skip
 def test_an_encoding_or_an_indent_that_is_none_is_named_with_what_to_do(tmp_path, data, words):
     path = tmp_path / "flight.yaml"

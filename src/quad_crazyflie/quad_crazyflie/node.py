@@ -163,9 +163,9 @@ class CrazyflieBridge:
             "HIGH_LEVEL" if others or self._is_landing else "SETPOINTS",
             Control.OTHER if others else control,
             self._is_armed and bool(self._info & ARMED) and not faults,
-            bool(faults),
-            bool(self._info & (CAN_ARM | ARMED)),
-            faults,
+            failsafe=bool(faults),
+            checks_pass=bool(self._info & (CAN_ARM | ARMED)),
+            reasons=faults,
         )
 
     def _missing(self) -> list[str]:

@@ -68,14 +68,14 @@ def autopilot(
         name,
         whose,
         armed,
-        bool(status.failsafe),
-        bool(status.pre_flight_checks_pass),
-        flags.reasons,
-        flags.stream_lost,
-        1e-6 * flags.lost_at,
-        landed,
-        POSITION_INVALID in flags.reasons,
-        battery,
+        failsafe=bool(status.failsafe),
+        checks_pass=bool(status.pre_flight_checks_pass),
+        reasons=flags.reasons,
+        stream_lost=flags.stream_lost,
+        lost_at=1e-6 * flags.lost_at,
+        landed=landed,
+        position_lost=POSITION_INVALID in flags.reasons,
+        battery=battery,
     )
 
 

@@ -33,12 +33,13 @@ def report_page(flights: Sequence[Flight], names: Sequence[str], command: str) -
     body: list[Figure | Playback | str] = [heading("", f"{name}: {note}") for name, note in notes.items() if note]
     tables = _tables(runs, judged[0].limits if len(runs) == 1 else {})
     inside = with_bands(inside_figures(runs), runs)
-    error = inside[:1] if inside and inside[0].key.endswith("-error") else []
+    error = [figure for figure in inside if figure.key.endswith("-error")]
+    others = [figure for figure in inside if not figure.key.endswith("-error")]
     body += [*playback(runs), *tables, *error] if len(runs) == 1 else [*tables, *error, *playback(runs)]
     trajectory = runs[0].trajectory
     body += [heading("The paper's figures" if trajectory in CASES else "Position and attitude")]
     body += with_bands(paper_figures(runs), runs)
-    body += [heading("Inside the flight"), *inside[len(error) :], *_flown_with(flights, names)]
+    body += [heading("Inside the flight"), *others, *_flown_with(flights, names)]
     facts = [(name, str(flight.path)) for flight, name in zip(flights, names, strict=True)]
     page = Page(f"Flight{'s' * (len(names) > 1)} {', '.join(names)}", command, facts, body)
     verdict = next(word for word in ("failed", "unknown", "good") if word in [one.verdict for one in judged])
