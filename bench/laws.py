@@ -51,14 +51,7 @@ def measure(rounds: int) -> list[Row]:
             rows += [
                 Row(BENCH, f"{label}: CPython", plain, "us/step"),
                 Row(BENCH, f"{label}: compiled", quick, "ns/step"),
-                Row(
-                    BENCH,
-                    f"{label}: in a node",
-                    node,
-                    "us/step",
-                    "",
-                    "inputs, output, internals handed over",
-                ),
+                Row(BENCH, f"{label}: in a node", node, "us/step", "", "inputs, output, internals handed over"),
             ]
     return rows
 

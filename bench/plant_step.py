@@ -106,12 +106,7 @@ def compiled_step(vehicle, rounds):
 def main():
     """Print microseconds per step and the ratios; exit code 1 if rotors that lag cost more than the limit."""
     rounds = int(sys.argv[1]) if len(sys.argv) > 1 else 25
-    kinds = {
-        "bare RK4": bare,
-        "ideal rotors": full(IDEAL),
-        "rotors that lag": full(LAGGING),
-        "all terms": full(FULL),
-    }
+    kinds = {"bare RK4": bare, "ideal rotors": full(IDEAL), "rotors that lag": full(LAGGING), "all terms": full(FULL)}
     times: dict[str, list[float]] = {name: [] for name in kinds}
     for _ in range(rounds):
         for name, fly in kinds.items():

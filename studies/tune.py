@@ -193,10 +193,7 @@ def trial_table(tuned: Tuned) -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Tune from the command line: 0 done, 2 usage or set-up."""
     parser = argparse.ArgumentParser(
-        prog="tune",
-        description=__doc__,
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        prog="tune", description=__doc__, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("plan", help="paper, or the path of a plan (as studies/study.yaml)")
     parser.add_argument("--only", action="append", metavar="CONTROLLER", help="may be repeated (default: all)")

@@ -19,10 +19,7 @@ from quad_flight.flight import fly, from_names
 FILE = Path(__file__).with_suffix(".json")
 LATE = "simulator.sensor.delay=0.01"
 LOST = Path(__file__).parent / "digests_lost.yaml"
-WHOLE = {
-    "case1 whole": {"case": "case1"},
-    "case2 whole": {"case": "case2"},
-}
+WHOLE = {"case1 whole": {"case": "case1"}, "case2 whole": {"case": "case2"}}
 SHORT = {
     "case1": {"case": "case1", "duration": 4.0},
     "case2": {"case": "case2", "duration": 4.0},

@@ -86,8 +86,7 @@ def test_wrong():
 
 
 @pytest.mark.parametrize(
-    ("stall", "ends"),
-    [("0.0", ("1 passed", "3 failed")), ("0.14", ("2 passed", "1 failed", "1 skipped", "4 rerun"))],
+    ("stall", "ends"), [("0.0", ("1 passed", "3 failed")), ("0.14", ("2 passed", "1 failed", "1 skipped", "4 rerun"))]
 )
 def test_only_the_wall_clock_and_only_a_stall_excuse_a_failure(tmp_path, stall, ends):
     (tmp_path / "conftest.py").write_text(CONFTEST)

@@ -17,10 +17,7 @@ PUBLIC = {
     "Read a bag": ("quad_flight_log.bag.reader", ("open_flight", "Flight")),
     "Judge a bag": ("quad_flight_log.analysis.metrics", ("flight_metrics", "FlightMetrics")),
     "Identify a vehicle": ("quad_identify.identify", ("identify",)),
-    "What laws take and give": (
-        "quad_core.types",
-        ("VehicleState", "TrajectoryPoint", "AttitudeThrust", "Wrench"),
-    ),
+    "What laws take and give": ("quad_core.types", ("VehicleState", "TrajectoryPoint", "AttitudeThrust", "Wrench")),
 }
 
 

@@ -44,10 +44,7 @@ STANDARD_TYPES = {
     ),
     "rosgraph_msgs/Clock": "Flight time for tools, once in `clock_period_steps`; no control decision depends on it.",
 }
-OUTSIDE = {
-    "flight/request": "an operator; the vehicle interface at the end",
-    "battery_state": "a battery driver",
-}
+OUTSIDE = {"flight/request": "an operator; the vehicle interface at the end", "battery_state": "a battery driver"}
 """{topic that comes from outside of the flight's nodes: its publisher}."""
 TOPICS_HEAD = """# Topics
 

@@ -22,7 +22,5 @@ setup(
     ],
     zip_safe=False,
     extras_require={"test": ["pytest"]},
-    entry_points={
-        "console_scripts": ["fly = quad_bringup.start:main", "one_process = quad_bringup.one_process:main"],
-    },
+    entry_points={"console_scripts": ["fly = quad_bringup.start:main", "one_process = quad_bringup.one_process:main"]},
 )

@@ -15,14 +15,8 @@ setup(
     install_requires=["numpy"],
     extras_require={"test": ["pytest"]},
     entry_points={
-        "console_scripts": [
-            "check_plant = quad_dynamics.check_plant:main",
-            "simulator = quad_dynamics.node:main",
-        ],
-        "quad.plant": [
-            "paper = quad_dynamics.paper",
-            "rigid_body = quad_dynamics.rigid_body",
-        ],
+        "console_scripts": ["check_plant = quad_dynamics.check_plant:main", "simulator = quad_dynamics.node:main"],
+        "quad.plant": ["paper = quad_dynamics.paper", "rigid_body = quad_dynamics.rigid_body"],
         "quad.disturbance": [
             "held_gaussian = quad_dynamics.held_gaussian",
             "none = quad_dynamics.no_disturbance",

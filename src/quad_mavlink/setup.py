@@ -14,10 +14,7 @@ setup(
     zip_safe=False,
     extras_require={"test": ["pytest"]},
     entry_points={
-        "console_scripts": [
-            "joined_plant = quad_mavlink.hil.joined:main",
-            "mavlink_bridge = quad_mavlink.node:main",
-        ],
+        "console_scripts": ["joined_plant = quad_mavlink.hil.joined:main", "mavlink_bridge = quad_mavlink.node:main"],
         "quad.vehicles": [
             "joined_plant = quad_mavlink.hil.parameters:INTERFACE",
             "mavlink_bridge = quad_mavlink.parameters:INTERFACE",

@@ -266,11 +266,7 @@ EQ28 = matrix(
 )
 
 # Eq. 29: left minus right is zero under the law.
-EQ29 = matrix(
-    e7 + e8.diff(t) + xi8_hat * e8,
-    e9 + e10.diff(t) + xi10_hat * e10,
-    e11 + e12.diff(t) + xi12_hat * e12,
-)
+EQ29 = matrix(e7 + e8.diff(t) + xi8_hat * e8, e9 + e10.diff(t) + xi10_hat * e10, e11 + e12.diff(t) + xi12_hat * e12)
 
 
 def eq30(damping: tuple[sp.Expr, ...], disturbance: tuple[sp.Expr, ...]) -> sp.Matrix:
@@ -405,9 +401,7 @@ EQ47 = rows(lambda axis: axis.rate.diff(t) - axis.angle_d.diff(t, 2) + integrand
 EQ48 = rows(lambda axis: (error(axis) ** 2 + surface(axis) ** 2) / 2)
 # Eq. 49 (lost): the derivative of Eq. 48 by the chain rule.
 EQ49 = rows(lambda axis: error(axis) * error_rate(axis) + surface(axis) * surface(axis).diff(t))
-EQ50 = rows(
-    lambda axis: -axis.xi * error(axis) ** 2 + surface(axis) * (surface(axis).diff(t) + error(axis)),
-)
+EQ50 = rows(lambda axis: -axis.xi * error(axis) ** 2 + surface(axis) * (surface(axis).diff(t) + error(axis)))
 EQ51 = rows(lambda axis: surface(axis).diff(t) + error(axis))
 
 

@@ -45,13 +45,7 @@ from quad_attitude_ctrl.sliding_control import (
     axis_control,
     next_axis_memory,
 )
-from quad_attitude_ctrl.torque import (
-    AntiWindup,
-    TorqueLimits,
-    integrals_frozen,
-    inverse_dynamics,
-    limited_torque,
-)
+from quad_attitude_ctrl.torque import AntiWindup, TorqueLimits, integrals_frozen, inverse_dynamics, limited_torque
 from quad_core.geometry import add, clamp, cross, relative_attitude, rotate_inverse, subtract
 from quad_core.parameters import Choice, Real, Value
 from quad_core.types import AttitudeInputs, AttitudeInternals, AxisFlags, Quat, Vec3, Wrench

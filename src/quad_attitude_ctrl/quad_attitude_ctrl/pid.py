@@ -32,17 +32,7 @@ from quad_attitude_ctrl.torque import (
     limited_torque,
     torque_for,
 )
-from quad_core.geometry import (
-    ZERO,
-    add,
-    clamp,
-    low_passed,
-    relative_attitude,
-    rotate_inverse,
-    scale,
-    slope,
-    subtract,
-)
+from quad_core.geometry import ZERO, add, clamp, low_passed, relative_attitude, rotate_inverse, scale, slope, subtract
 from quad_core.parameters import Real
 from quad_core.types import AttitudeInputs, AttitudeInternals, Vec3, Wrench
 from quad_core.vehicle import Vehicle

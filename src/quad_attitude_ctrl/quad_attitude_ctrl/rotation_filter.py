@@ -15,14 +15,7 @@ own rates lead the input by (``CommandSource.LED``) is added after that.
 import math
 from typing import Annotated, NamedTuple
 
-from quad_attitude_ctrl.command import (
-    CommandFilter,
-    CommandSource,
-    Desired,
-    FilterState,
-    led,
-    next_filter_state,
-)
+from quad_attitude_ctrl.command import CommandFilter, CommandSource, Desired, FilterState, led, next_filter_state
 from quad_attitude_ctrl.torque import body_acceleration
 from quad_core.geometry import (
     ZERO,

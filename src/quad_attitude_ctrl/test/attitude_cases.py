@@ -68,9 +68,7 @@ def axis_memories(max_integral: float, max_estimate: float) -> st.SearchStrategy
     estimate = st.floats(0.0, min(max_estimate, 1e6))
     integral = st.floats(-min(max_integral, 1e6), min(max_integral, 1e6))
     return st.builds(
-        AxisMemory,
-        st.one_of(integral, st.floats(-0.3, 0.3)),
-        st.builds(Estimates, estimate, estimate, estimate),
+        AxisMemory, st.one_of(integral, st.floats(-0.3, 0.3)), st.builds(Estimates, estimate, estimate, estimate)
     )
 
 

@@ -21,12 +21,7 @@ DT, SECONDS, RATE = 0.002, 20.0, 1.5
 
 def estimate_after(noise_sd, dead_zone):
     """Return Q_hat of an axis at rest whose rate error is white noise; without a surface integral."""
-    gains = AxisGains(
-        dead_zone=dead_zone,
-        adaptation_constant=RATE,
-        max_estimate=1e9,
-        max_surface_integral=0.0,
-    )
+    gains = AxisGains(dead_zone=dead_zone, adaptation_constant=RATE, max_estimate=1e9, max_surface_integral=0.0)
     rng, memory = random.Random(3), AxisMemory(0.0, Estimates(0.0, 0.0, 0.0))
     for _ in range(round(SECONDS / DT)):
         state = AxisState(0.2, 0.0, 0.0, rng.gauss(0.0, noise_sd), 0.0, 0.0)

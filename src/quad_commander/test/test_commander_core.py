@@ -103,15 +103,7 @@ def largest_steps(references):
 
 def test_a_mission_is_flown_from_the_ground_to_the_ground():
     flight = Flight("takeoff,case1,hold:1,hold:1,land").go(20.0)
-    assert flight.entered() == [
-        Mode.ARMING,
-        Mode.TAKEOFF,
-        Mode.HOLD,
-        Mode.MISSION,
-        Mode.HOLD,
-        Mode.LAND,
-        Mode.DISARMED,
-    ]
+    assert flight.entered() == [Mode.ARMING, Mode.TAKEOFF, Mode.HOLD, Mode.MISSION, Mode.HOLD, Mode.LAND, Mode.DISARMED]
     assert flight.said.mode.is_over
     assert flight.said.outcome == ""
     assert max(point.p_w.x for point in flight.references) == pytest.approx(1.0, abs=0.01)

@@ -145,11 +145,7 @@ def rotated_by_vector(q: Quat, turn: Vec3) -> Quat:
 
 def body_z(q: Quat) -> Vec3:
     """Return the body z axis in the world: third column of Eq. 4."""
-    return Vec3(
-        2.0 * (q.x * q.z + q.w * q.y),
-        2.0 * (q.y * q.z - q.w * q.x),
-        1.0 - 2.0 * (q.x * q.x + q.y * q.y),
-    )
+    return Vec3(2.0 * (q.x * q.z + q.w * q.y), 2.0 * (q.y * q.z - q.w * q.x), 1.0 - 2.0 * (q.x * q.x + q.y * q.y))
 
 
 def tilt(q: Quat) -> float:
@@ -169,11 +165,7 @@ def euler_rates(angles: Vec3, omega_b: Vec3) -> Vec3:
     stheta, ctheta = math.sin(angles.y), math.cos(angles.y)
     ctheta = math.copysign(max(abs(ctheta), 1e-6), ctheta)
     turn = sphi * omega_b.y + cphi * omega_b.z
-    return Vec3(
-        omega_b.x + turn * stheta / ctheta,
-        cphi * omega_b.y - sphi * omega_b.z,
-        turn / ctheta,
-    )
+    return Vec3(omega_b.x + turn * stheta / ctheta, cphi * omega_b.y - sphi * omega_b.z, turn / ctheta)
 
 
 def body_rates(angles: Vec3, rates: Vec3) -> Vec3:

@@ -26,8 +26,7 @@ def test_a_node_that_is_told_nothing_has_the_defaults(role):
 
 def test_each_name_reaches_its_own_set():
     resolved = resolve(
-        "position_controller",
-        {"flight.seed": 7, "vehicle.mass": 0.8, "period_steps": 10, "aibs.y.position_gain": 3.5},
+        "position_controller", {"flight.seed": 7, "vehicle.mass": 0.8, "period_steps": 10, "aibs.y.position_gain": 3.5}
     )
     assert (resolved.flight.seed, resolved.vehicle.mass, resolved.node.period_steps) == (7, 0.8, 10)
     law = resolved.plugins["law"].parameters

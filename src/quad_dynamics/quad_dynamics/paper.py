@@ -13,15 +13,7 @@ from quad_core.cycle import as_disturbance
 from quad_core.geometry import add, body_rates, euler_rates, quaternion_from_euler
 from quad_core.types import Actuation, Conditions, Disturbance, Vec3, VehicleState, Wrench, fresh
 from quad_core.vehicle import Triple, Vehicle
-from quad_dynamics.newton_euler import (
-    Body,
-    Flat,
-    angular_acceleration,
-    linear_acceleration,
-    rk4,
-    true_body,
-    wind_force,
-)
+from quad_dynamics.newton_euler import Body, Flat, angular_acceleration, linear_acceleration, rk4, true_body, wind_force
 from quad_dynamics.parameters import PlantParameters
 from quad_dynamics.rotors import allocate_within, max_rotor_thrust, rotor_wrench
 from quad_dynamics.uncertainty import check_true_body, nominal_acceleration
@@ -123,12 +115,7 @@ def acting_on(
 
 
 def step(
-    parameters: PlantParameters,
-    vehicle: Vehicle,
-    state: State,
-    wrench: Wrench,
-    conditions: Conditions,
-    dt: float,
+    parameters: PlantParameters, vehicle: Vehicle, state: State, wrench: Wrench, conditions: Conditions, dt: float
 ) -> tuple[State, Actuation]:
     """Return X ``dt`` s later under a constant ``wrench`` and constant ``conditions``, and the actuation.
 

@@ -169,12 +169,7 @@ def rotors_at_start(vehicle: Vehicle, state: State, actuation: Actuation, lag: f
 
 
 def step(
-    parameters: PlantParameters,
-    vehicle: Vehicle,
-    state: State,
-    wrench: Wrench,
-    conditions: Conditions,
-    dt: float,
+    parameters: PlantParameters, vehicle: Vehicle, state: State, wrench: Wrench, conditions: Conditions, dt: float
 ) -> tuple[State, Actuation]:
     """Return the state ``dt`` s later under a constant ``wrench`` and constant ``conditions``, and the actuation.
 
@@ -226,7 +221,5 @@ def lumped(
         parameters, vehicle, body_z(motion.q_wb), motion.v_w, motion.omega_b, wrench
     )
     return as_disturbance(
-        conditions,
-        Vec3(true[3] - ax, true[4] - ay, true[5] - az),
-        Vec3(true[10] - bx, true[11] - by, true[12] - bz),
+        conditions, Vec3(true[3] - ax, true[4] - ay, true[5] - az), Vec3(true[10] - bx, true[11] - by, true[12] - bz)
     )

@@ -101,13 +101,7 @@ FRESH_DESCENT = Descent()
 
 
 def descend(
-    rule: ContactRule,
-    vehicle: Vehicle,
-    memory: Descent,
-    state: BodyState,
-    height: float,
-    known: Known,
-    dt: float,
+    rule: ContactRule, vehicle: Vehicle, memory: Descent, state: BodyState, height: float, known: Known, dt: float
 ) -> tuple[Wrench, Descent]:
     """Return the wrench of one step of ``dt`` s and the next memory; ``height`` in m above the ground."""
     sight = known.sight

@@ -58,15 +58,7 @@ class Flight(NamedTuple):
     differentiated: bool = False
 
 
-COLUMNS = {
-    "specific_force": 3,
-    "body_rates": 3,
-    "motors": 4,
-    "velocity": 3,
-    "attitude": 4,
-    "position": 3,
-    "voltage": 1,
-}
+COLUMNS = {"specific_force": 3, "body_rates": 3, "motors": 4, "velocity": 3, "attitude": 4, "position": 3, "voltage": 1}
 
 
 def checked(flight: Flight) -> tuple[Flight, list[str]]:

@@ -109,7 +109,6 @@ def vehicle_text(values: dict[str, tuple[float | str, str]], delay: float | None
         lines.append(f"      {f'{key}: {text}':<38} # {why}")
     if delay is not None:
         lines.insert(
-            1,
-            f"# Delay from command to force: {1e3 * delay:.1f} ms: a scenario's event `link delay={delay:.4f}`.",
+            1, f"# Delay from command to force: {1e3 * delay:.1f} ms: a scenario's event `link delay={delay:.4f}`."
         )
     return "\n".join(lines) + "\n"

@@ -29,8 +29,7 @@ def test_of_a_kind_one_a_second_is_said_an_error_and_what_matters_always_and_all
 
 
 @pytest.mark.parametrize(
-    ("error", "kind", "rejected"),
-    [(ForeignRunError(), "foreign_run", 0), (ValueError("cut"), "rejected_malformed", 1)],
+    ("error", "kind", "rejected"), [(ForeignRunError(), "foreign_run", 0), (ValueError("cut"), "rejected_malformed", 1)]
 )
 def test_a_payload_of_another_run_is_no_malformed_one(events, error, kind, rejected):
     events.unusable("state", b"abc", error)

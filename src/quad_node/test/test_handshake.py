@@ -40,8 +40,7 @@ def test_all_roles_must_be_ready():
 
 
 @pytest.mark.parametrize(
-    ("theirs", "ours", "foreign"),
-    [(7, 7, False), (8, 7, True), (0, 7, True), (8, 0, False), (0, 0, False)],
+    ("theirs", "ours", "foreign"), [(7, 7, False), (8, 7, True), (0, 7, True), (8, 0, False), (0, 0, False)]
 )
 def test_a_message_without_a_number_belongs_to_nobody(theirs, ours, foreign):
     assert is_foreign(theirs, ours) is foreign

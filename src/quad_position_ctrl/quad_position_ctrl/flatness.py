@@ -60,16 +60,8 @@ def turned_frame(reference: TrajectoryPoint, heading: float) -> tuple[Jet, Jet]:
     forward_rate = along - rate * right
     right_rate = across + rate * forward
     return (
-        Jet(
-            forward,
-            forward_rate,
-            c * snap.x + s * snap.y - rate * across - acceleration * right - rate * right_rate,
-        ),
-        Jet(
-            right,
-            right_rate,
-            s * snap.x - c * snap.y + rate * along + acceleration * forward + rate * forward_rate,
-        ),
+        Jet(forward, forward_rate, c * snap.x + s * snap.y - rate * across - acceleration * right - rate * right_rate),
+        Jet(right, right_rate, s * snap.x - c * snap.y + rate * along + acceleration * forward + rate * forward_rate),
     )
 
 

@@ -28,12 +28,7 @@ from quad_position_ctrl.setpoint import (
     internals_of,
     thrust_command,
 )
-from quad_position_ctrl.speed_limit import (
-    BoundedCorrection,
-    SpeedLimits,
-    correction_vector,
-    proportional_correction,
-)
+from quad_position_ctrl.speed_limit import BoundedCorrection, SpeedLimits, correction_vector, proportional_correction
 
 Internals = PositionInternals
 

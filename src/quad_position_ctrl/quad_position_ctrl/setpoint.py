@@ -188,12 +188,7 @@ def thrust_command(
 
 
 def attitude_setpoint(
-    vehicle: Vehicle,
-    reference: TrajectoryPoint,
-    angles: Vec3,
-    thrust: float,
-    heading: float,
-    feed_forward: bool,
+    vehicle: Vehicle, reference: TrajectoryPoint, angles: Vec3, thrust: float, heading: float, feed_forward: bool
 ) -> AttitudeThrust:
     """Return the setpoint of ``angles`` (phi, theta, psi in rad) and ``thrust`` in N.
 

@@ -37,11 +37,7 @@ NEEDED = {
     "UnregisterExtComponent": ("name", "mode_id", "arming_check_id", "mode_executor_id"),
     "VehicleControlMode": ("source_id", "flag_control_rates_enabled", "flag_control_allocation_enabled"),
 }
-CONTROLLERS = {
-    Mode.WRENCH: ("allocation",),
-    Mode.MOTORS: (),
-    Mode.ATTITUDE: ("attitude", "rates", "allocation"),
-}
+CONTROLLERS = {Mode.WRENCH: ("allocation",), Mode.MOTORS: (), Mode.ATTITUDE: ("attitude", "rates", "allocation")}
 """{mode: PX4's own controllers that run in it}."""
 TYPES = {Mode.MOTORS: 1, Mode.ATTITUDE: 6, Mode.WRENCH: 15}
 """{mode: SetpointConfig.type}."""

@@ -81,11 +81,7 @@ def version(message_type: Any) -> int:
 
 def release(module: ModuleType) -> str:
     """Return the release of PX4 that a px4_msgs belongs to."""
-    key = (
-        version(module.VehicleStatus),
-        version(module.VehicleAttitudeSetpoint),
-        version(module.VehicleCommandAck),
-    )
+    key = (version(module.VehicleStatus), version(module.VehicleAttitudeSetpoint), version(module.VehicleCommandAck))
     return RELEASES.get(key, f"unknown (message versions {key})")
 
 

@@ -89,9 +89,5 @@ def along(path: Table, t: float) -> TrajectoryPoint:
         segment += 1
     since, length = t - float(path[segment, 0]), float(path[segment, 1])
     yaw = smooth_step(float(path[segment, 2]), float(path[segment, 3]), length, since)
-    x, y, z = (
-        axis_at(path, segment, 0, since),
-        axis_at(path, segment, 1, since),
-        axis_at(path, segment, 2, since),
-    )
+    x, y, z = (axis_at(path, segment, 0, since), axis_at(path, segment, 1, since), axis_at(path, segment, 2, since))
     return point(t, x, y, z, yaw)
