@@ -59,7 +59,7 @@ def start_node(own_domain: None) -> Iterator[Callable[..., Any]]:  # noqa: ARG00
 @pytest.fixture
 def callbacks(monkeypatch: pytest.MonkeyPatch) -> dict[str, Callable[[Any], None]]:
     """Return {topic: callback} of the nodes made from now on, whose topics no middleware carries."""
-    from quad_node.links import Links
+    from quad_node.topics import Links
 
     found: dict[str, Callable[[Any], None]] = {}
 

@@ -17,7 +17,7 @@ from quad_msgs.msg import (
     TrajectoryPoint,
     VehicleState,
 )
-from quad_node.conversion import set_stamp
+from quad_node.codec import set_stamp
 from quad_node.handshake import run_number
 from quad_node.topics import TOPICS, latched, stream
 

@@ -108,4 +108,4 @@ def test_the_examples_are_as_short_as_the_pages_say():
 def test_they_need_no_more_of_us_than_messages_and_their_hash():
     for path in OWN.values():
         words = subprocess.run(["grep", "-hE", "^(from|import) quad", path], capture_output=True, text=True, check=True)
-        assert {line.split()[1] for line in words.stdout.splitlines()} == {"quad_msgs.msg", "quad_node.interface"}
+        assert {line.split()[1] for line in words.stdout.splitlines()} == {"quad_msgs.msg", "quad_node.handshake"}

@@ -13,7 +13,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
 
 from quad_msgs.msg import FlightPlan, FlightState, NodeStatus, TrajectoryPoint, VehicleState
-from quad_node.interface import interface_hash
+from quad_node.handshake import interface_hash
 
 CLIMB, WHOLE = 2.0, 3.0  # s, s
 EVERY = 5  # plant steps between two references

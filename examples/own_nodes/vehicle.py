@@ -15,7 +15,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
 
 from quad_msgs.msg import Actuation, FlightPlan, FlightState, NodeStatus, RecorderAck, VehicleState
-from quad_node.interface import interface_hash
+from quad_node.handshake import interface_hash
 
 WEIGHT = np.array([0.0, 0.0, -9.8])  # m/s^2
 WINDOW, SILENCE = 60, 100  # steps ahead of the recorder; ticks of 20 ms without an answer

@@ -41,9 +41,8 @@ from quad_core.types import Actuation, AttitudeThrust, VehicleState, with_ground
 from quad_guard.guard import REASONS
 from quad_guard.step_limits import broken_limit, within_thrust_range
 from quad_msgs.msg import AutopilotStatus, FlightMode, FlightState
-from quad_node.codec import UNUSABLE, Stamped, unpacker
+from quad_node.codec import UNUSABLE, Stamped, set_stamp, unpacker
 from quad_node.command_link import CommandLink
-from quad_node.conversion import set_stamp
 from quad_node.flight_leader import FlightLeader
 from quad_node.flight_node import FlightNode, nothing
 from quad_node.topics import message_type

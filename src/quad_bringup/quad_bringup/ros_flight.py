@@ -25,8 +25,8 @@ from quad_flight_log.errors import FlightLogError, TopicError
 from quad_flight_log.recorder.provenance import LIMITS, STEPPED
 from quad_flight_log.report.text import table
 from quad_msgs.msg import FlightState
-from quad_node.conversion import stamp_ns
-from quad_node.starter import STARTER
+from quad_node.codec import stamp_ns
+from quad_node.executor import STARTER
 from quad_node.watch import NO_FILES, PHASES, FlightWatch, is_over
 
 GOOD, FAILED, BAD_SETUP = 0, 1, 2

@@ -10,7 +10,7 @@ from typing import TextIO
 from quad_core.cycle import seconds
 from quad_flight_log.errors import printable
 from quad_msgs.msg import FlightState
-from quad_node.conversion import stamp_ns
+from quad_node.codec import stamp_ns
 
 _CLEAR = "\r\033[K"
 _PLAIN_EVERY = 5.0

@@ -8,7 +8,7 @@ import pytest
 from quad_bringup import terminal
 from quad_bringup.terminal import Progress, busy, complain, describe, say, write
 from quad_msgs.msg import FlightState
-from quad_node.conversion import set_stamp
+from quad_node.codec import set_stamp
 
 
 class Terminal(io.StringIO):

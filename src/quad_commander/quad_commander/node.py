@@ -29,8 +29,7 @@ from quad_core.types import GuardStatus, TrajectoryPoint
 from quad_msgs.msg import AutopilotStatus, FlightEvent, FlightMode, FlightPlan, FlightRequest
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
 from quad_node import topics
-from quad_node.codec import Stamped, head_of, packer
-from quad_node.conversion import set_stamp
+from quad_node.codec import Stamped, head_of, packer, set_stamp
 from quad_node.flight_node import FlightNode
 from quad_node.main import run
 from quad_node.responder import Responder, Sample

@@ -11,7 +11,7 @@ from quad_commander.node import Commander
 from quad_core.types import NOT_BEGUN
 from quad_msgs import msg
 from quad_msgs.msg import FlightEvent, FlightMode, FlightRequest, TrajectoryPoint
-from quad_node.conversion import set_stamp
+from quad_node.codec import set_stamp
 
 PERIOD = 2_000_000
 RUN_ID = "a1"

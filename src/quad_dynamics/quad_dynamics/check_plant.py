@@ -9,8 +9,7 @@ from quad_core.types import VehicleState
 from quad_dynamics.manoeuvres import manoeuvres, report
 from quad_msgs.msg import FlightPlan, FlightState
 from quad_msgs.msg import VehicleState as VehicleStateMsg
-from quad_node.codec import UNUSABLE, pack_wrench, unpacker
-from quad_node.conversion import set_stamp
+from quad_node.codec import UNUSABLE, pack_wrench, set_stamp, unpacker
 from quad_node.flight_node import FlightNode
 from quad_node.main import run
 

@@ -26,8 +26,7 @@ from quad_dynamics.plant_model import PlantModel
 from quad_guard.checks import StateSample, WrenchCommand
 from quad_guard.ending import is_down
 from quad_msgs.msg import FlightState
-from quad_node.codec import Packer
-from quad_node.conversion import set_stamp
+from quad_node.codec import Packer, set_stamp
 from quad_node.flight_leader import FlightLeader
 from quad_node.flight_node import FlightNode
 from quad_node.main import run

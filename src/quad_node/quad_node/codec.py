@@ -12,10 +12,24 @@ from collections.abc import Callable
 from operator import itemgetter
 from typing import Any, NamedTuple
 
+from builtin_interfaces.msg import Time
+
 from quad_core.records import builder, flattener, leaves, numbers_finite
 from quad_core.types import Vec3, Wrench
-from quad_node.conversion import NANOSECONDS
 from quad_node.handshake import is_foreign
+
+NANOSECONDS = 1_000_000_000
+
+
+def stamp_ns(stamp: Time) -> int:
+    """Return a message stamp as integer nanoseconds."""
+    return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
+
+
+def set_stamp(stamp: Time, nanoseconds: int) -> None:
+    """Write integer nanoseconds into a message stamp."""
+    stamp.sec, stamp.nanosec = divmod(nanoseconds, NANOSECONDS)
+
 
 HEADER = b"\x00\x01\x00\x00"
 _BODY = 4  # bytes of encapsulation; alignment counts from behind them

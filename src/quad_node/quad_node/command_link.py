@@ -20,8 +20,8 @@ from quad_guard.checks import WrenchCommand, command_refusal
 from quad_msgs.msg import FlightMode as FlightModeMsg
 from quad_msgs.msg import FlightRequest
 from quad_node.codec import UNUSABLE, Stamped, head_of, unpack_wrench, unpacker
+from quad_node.executor import STARTER_GONE
 from quad_node.flight_node import FlightNode
-from quad_node.starter import STARTER_GONE
 from quad_node.vehicle_guard import VehicleGuard
 
 _LOST = 0.5  # s: age of the commander's mode

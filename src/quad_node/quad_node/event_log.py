@@ -5,8 +5,7 @@ from collections import Counter
 from typing import Any
 
 from quad_msgs.msg import FlightEvent
-from quad_node.codec import ForeignRunError
-from quad_node.conversion import set_stamp
+from quad_node.codec import ForeignRunError, set_stamp
 
 
 class EventLog:

@@ -112,3 +112,21 @@ def limited(exit_code: int, patience: int = PATIENCE) -> Iterator[None]:
     finally:
         if armed:
             libc.timer_delete(timer)
+
+
+STARTER = "QUAD_FLIGHT_STARTER"
+"""Environment variable with the pid of the process that started the flight and looks after it."""
+STARTER_GONE = "the process that started the flight is gone"
+
+
+class Starter:
+    """The process that started the flight and looks after it, if one did."""
+
+    def __init__(self) -> None:
+        """Note who it is."""
+        named = os.environ.get(STARTER, "")
+        self.pid, self._parent = int(named) if named.isdecimal() else 0, os.getppid()
+
+    def is_gone(self) -> bool:
+        """Return whether it is gone, or the script by which it started this process."""
+        return bool(self.pid) and (os.getppid() != self._parent or not Path("/proc", str(self.pid)).exists())

@@ -20,13 +20,11 @@ from quad_core.parameters import ParameterError
 from quad_core.types import Wrench
 from quad_guard.checks import StateSample, WrenchCommand
 from quad_msgs.msg import FlightPlan, FlightState, NodeStatus, RecorderAck
-from quad_node.codec import Packer, packer
+from quad_node.codec import Packer, packer, set_stamp
 from quad_node.command_link import CommandLink, InputWatch, WrenchLink
-from quad_node.conversion import set_stamp
+from quad_node.executor import STARTER_GONE
 from quad_node.flight_node import ALL_SIGNALS, FlightNode
-from quad_node.handshake import Handshake, plan_refusal
-from quad_node.interface import interface_hash
-from quad_node.starter import STARTER_GONE
+from quad_node.handshake import Handshake, interface_hash, plan_refusal
 from quad_node.topics import message_type
 from quad_node.vehicle_guard import VehicleGuard
 

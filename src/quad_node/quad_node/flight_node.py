@@ -31,10 +31,9 @@ from quad_core.resolution import Resolved
 from quad_msgs.msg import FlightState, NodeParameters, NodeStatus
 from quad_node import parameters, topics
 from quad_node.event_log import EventLog
-from quad_node.handshake import is_foreign, run_number
-from quad_node.interface import interface_hash, versions
-from quad_node.links import Links
-from quad_node.starter import STARTER_GONE, Starter
+from quad_node.executor import STARTER_GONE, Starter
+from quad_node.handshake import interface_hash, is_foreign, run_number, versions
+from quad_node.topics import Links
 
 OPERATORS, ALL_SIGNALS = ("SIGINT", "SIGHUP"), ("SIGINT", "SIGHUP", "SIGTERM")
 _HOUSEKEEPING = 0.05

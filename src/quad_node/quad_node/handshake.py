@@ -1,6 +1,15 @@
 """The nodes of a flight: whether they fit together, and which one a flight in lockstep waits for. No ROS calls."""
 
+import hashlib
+import json
+import platform
 import zlib
+from contextlib import suppress
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from ament_index_python.packages import get_package_share_directory
 
 from quad_core.cascade import ALL_ROLES, COMMAND, COMMANDER, COMMANDING, RELAY, SHADOWS, SIGNALS, STAGES, TRAJECTORY
 from quad_core.enumerations import NodeState
@@ -135,3 +144,28 @@ class Handshake:
             through = f"; its states come through {RELAY}" if RELAY in self._expected else ""
             return f"{COMMANDING} does not answer step {step}: no {COMMAND}{through}"
         return f"recorder does not answer: flight/recorded is at step {acked}, the plant at {step}"
+
+
+@cache
+def interface_hash() -> str:
+    """Return SHA-256 (hex) over name and RIHS01 hash of every message of quad_msgs, sorted by name."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(get_package_share_directory("quad_msgs"), "msg").glob("*.json")):
+        for entry in json.loads(path.read_text(encoding="utf-8"))["type_hashes"]:
+            digest.update(f"{entry['type_name']} {entry['hash_string']}\n".encode())
+    return digest.hexdigest()
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that decide the bits of a flight."""
+    found = {"python": platform.python_version(), "machine": platform.machine(), "libc": " ".join(platform.libc_ver())}
+    for name, package in (
+        ("quad_stack", "quad_node"),
+        ("rclpy", "ros-rclpy"),
+        ("rclpy", "rclpy"),
+        ("numpy", "numpy"),
+        ("mcap", "mcap"),
+    ):
+        with suppress(PackageNotFoundError):  # rclpy has its own name where it is no wheel
+            found.setdefault(name, version(package))
+    return found

@@ -26,9 +26,8 @@ from quad_core.types import Actuation, Quat, Vec3, VehicleState, with_ground
 from quad_msgs.msg import Actuation as ActuationMsg
 from quad_msgs.msg import FlightMode
 from quad_msgs.msg import VehicleState as VehicleStateMsg
-from quad_node import links
-from quad_node.codec import UNUSABLE, packer, unpacker
-from quad_node.conversion import stamp_ns
+from quad_node import topics
+from quad_node.codec import UNUSABLE, packer, stamp_ns, unpacker
 from quad_node.flight_node import FlightNode
 from quad_node.main import run
 
@@ -98,7 +97,7 @@ class OdometryRelay:
 
     def _unusable(self) -> str:
         """Return why the estimator whose messages are accepted cannot be flown with, empty if it can be."""
-        if others := links.second_senders(self.node.ros, [self._topic]):
+        if others := topics.second_senders(self.node.ros, [self._topic]):
             return others[0]
         moves = self._standing.refusal(_AT_REST, self._topic) if self._standing is not None else ""
         return self.estimator.refusal() or moves

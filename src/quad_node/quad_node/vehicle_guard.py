@@ -12,7 +12,7 @@ from quad_guard.checks import COMMAND_REFUSALS, STATE_REFUSALS, StateSample, Wre
 from quad_guard.ending import described
 from quad_guard.guard import REASONS
 from quad_msgs.msg import GuardStatus as GuardStatusMsg
-from quad_node.conversion import NANOSECONDS, set_stamp
+from quad_node.codec import NANOSECONDS, set_stamp
 from quad_node.flight_node import FlightNode
 
 _RESTING = GuardStatus()

@@ -14,7 +14,7 @@ from quad_core.cycle import seconds
 from quad_core.enumerations import NodeState
 from quad_msgs.msg import FlightEvent, FlightRequest, FlightState, NodeStatus
 from quad_node import topics
-from quad_node.conversion import stamp_ns
+from quad_node.codec import stamp_ns
 from quad_node.executor import destroy
 from quad_node.handshake import run_number
 

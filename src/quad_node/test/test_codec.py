@@ -13,8 +13,17 @@ from rclpy.serialization import deserialize_message, serialize_message
 from quad_core import types
 from quad_core.types import Vec3
 from quad_msgs import msg
-from quad_node.codec import ForeignRunError, extra_names, head_of, pack_wrench, packer, unpack_wrench, unpacker
-from quad_node.conversion import set_stamp, stamp_ns
+from quad_node.codec import (
+    ForeignRunError,
+    extra_names,
+    head_of,
+    pack_wrench,
+    packer,
+    set_stamp,
+    stamp_ns,
+    unpack_wrench,
+    unpacker,
+)
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 PAIRS = ["VehicleState", "TrajectoryPoint", "AttitudeThrust", "Actuation", "Disturbance"]

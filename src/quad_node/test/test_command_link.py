@@ -11,12 +11,12 @@ from quad_core.cascade import ROLES
 from quad_core.enumerations import GuardRequest
 from quad_core.flight_parameters import FlightParameters
 from quad_msgs.msg import AttitudeThrust, FlightMode, FlightRequest, TrajectoryPoint
-from quad_node import starter as starter_module
+from quad_node import executor
 from quad_node.command_link import CommandLink, InputWatch
 from quad_node.event_log import EventLog
+from quad_node.executor import STARTER, Starter
 from quad_node.flight_node import FlightNode
 from quad_node.handshake import run_number
-from quad_node.starter import STARTER, Starter
 
 RUN = "a1"
 NO_PROCESS = 2**22 + 1  # Linux gives no process such a number
@@ -123,12 +123,12 @@ def test_the_end_is_asked_for_once_with_its_reason(owner, link):
 def test_a_starter_that_is_gone_ends_the_flight(owner, monkeypatch, is_direct):
     starter = os.getpid()
     monkeypatch.setenv(STARTER, str(starter))
-    monkeypatch.setattr(starter_module.os, "getppid", lambda: starter if is_direct else 4711)  # a script between
+    monkeypatch.setattr(executor.os, "getppid", lambda: starter if is_direct else 4711)  # a script between
     link, owner.starter = CommandLink(owner, list), (gone := Starter())
     link.pass_on("")
     assert owner.sent == []
     if is_direct:
-        monkeypatch.setattr(starter_module.os, "getppid", lambda: 1)
+        monkeypatch.setattr(executor.os, "getppid", lambda: 1)
     else:
         gone.pid = NO_PROCESS
     link.pass_on("")

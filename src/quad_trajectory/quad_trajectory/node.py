@@ -27,8 +27,7 @@ from quad_core.records import finite_check
 from quad_core.types import NOT_BEGUN, TrajectoryPoint, Vec3, VehicleState
 from quad_msgs.msg import FlightPlan
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
-from quad_node.codec import Stamped, packer
-from quad_node.conversion import set_stamp
+from quad_node.codec import Stamped, packer, set_stamp
 from quad_node.flight_node import FlightNode
 from quad_node.main import run
 from quad_node.responder import Responder, Sample

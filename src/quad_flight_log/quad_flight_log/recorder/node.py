@@ -27,8 +27,7 @@ from quad_msgs.msg import FlightState, NodeStatus, RecorderAck
 from quad_node import topics
 from quad_node.codec import head_of, names_run
 from quad_node.flight_node import ALL_SIGNALS, FlightNode
-from quad_node.handshake import is_foreign, run_number
-from quad_node.interface import interface_hash, versions
+from quad_node.handshake import interface_hash, is_foreign, run_number, versions
 from quad_node.main import run
 
 _STAMP = struct.Struct("<iI")

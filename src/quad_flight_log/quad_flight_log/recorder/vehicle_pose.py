@@ -18,8 +18,7 @@ from quad_core.types import TrajectoryPoint, Vec3, VehicleState
 from quad_flight_log.bag.writer import BagWriter
 from quad_flight_log.recorder.message_fields import definition_of
 from quad_node import topics
-from quad_node.codec import unpacker
-from quad_node.conversion import set_stamp
+from quad_node.codec import set_stamp, unpacker
 
 FOLLOWED = ("truth", "state", "reference")
 PERIOD_NS = 20_000_000  # of flight time between two poses in a bag
