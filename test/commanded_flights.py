@@ -17,7 +17,7 @@ from quad_commander.request_queue import PendingRequest
 from quad_core.cycle import seconds
 from quad_core.enumerations import Mode, Request
 from quad_core.geometry import norm
-from quad_core.guard_parameters import GuardParameters
+from quad_core.node_parameters import GuardParameters
 from quad_core.types import (
     CALM,
     Actuation,

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from quad_attitude_ctrl import abfnitsm
 from quad_core.geometry import norm, quaternion_from_euler
-from quad_core.guard_parameters import GuardParameters
+from quad_core.node_parameters import GuardParameters
 from quad_core.parameter_files import overrides_for, read_parameter_file
 from quad_core.parameters import build
 from quad_core.types import (

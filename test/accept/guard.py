@@ -12,7 +12,7 @@ from guard_flights import STATE_LOST, Fault, Setup, descent, draw_start, faulty_
 
 from quad_core.compilation import compiled
 from quad_core.enumerations import GuardMode
-from quad_core.guard_parameters import GuardParameters
+from quad_core.node_parameters import GuardParameters
 from quad_core.types import Conditions, Vec3
 from quad_dynamics.parameters import PlantParameters
 

@@ -28,7 +28,7 @@ from quad_attitude_ctrl import abfnitsm
 from quad_bringup.steps import STEPS
 from quad_core.compilation import compiled
 from quad_core.geometry import norm
-from quad_core.guard_parameters import GuardParameters, StepLimits
+from quad_core.node_parameters import GuardParameters, StepLimits
 from quad_core.types import (
     ALL_ROTORS,
     NO_LINK_FAULT,

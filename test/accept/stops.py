@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from flying import finish, landing, node_pids, start, wait_until_flying
 
-from quad_core.guard_parameters import GuardParameters
+from quad_core.node_parameters import GuardParameters
 from quad_flight_log.analysis.flight_checks import equal_stamps, flown_of, run_ids, stopped_motors
 from quad_flight_log.bag.reader import open_flight
 

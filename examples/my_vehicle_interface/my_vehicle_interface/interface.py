@@ -2,7 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from quad_core.guard_parameters import GuardParameters
+from quad_core.node_parameters import GuardParameters
 from quad_core.parameters import Real
 from quad_core.roles import VehicleInterface
 

@@ -33,11 +33,10 @@ from quad_core.cascade import ATTITUDE, STAGES
 from quad_core.cycle import seconds
 from quad_core.enumerations import GuardReason
 from quad_core.geometry import ZERO, add, norm, subtract, tilt
-from quad_core.lift_off import lifted_off, standing
+from quad_core.lift_off import Standing, lifted_off, standing
 from quad_core.parameters import ParameterError
-from quad_core.safe import level_hover
-from quad_core.standing import Standing
 from quad_core.types import Actuation, AttitudeThrust, VehicleState, with_ground
+from quad_core.vehicle import level_hover
 from quad_guard.guard import REASONS
 from quad_guard.step_limits import broken_limit, within_thrust_range
 from quad_msgs.msg import AutopilotStatus, FlightMode, FlightState

@@ -10,7 +10,7 @@ from quad_autopilot.autopilot import Autopilot, Control, Stamps
 from quad_autopilot.autopilot_flight import BEAT, AutopilotFlight
 from quad_autopilot.evidence import Intent, Memory, Phase
 from quad_autopilot.parameters import ArmingParameters
-from quad_core.guard_parameters import GuardParameters, StepLimits
+from quad_core.node_parameters import GuardParameters, StepLimits
 from quad_core.types import AttitudeThrust, Quat, Vec3, VehicleState
 from quad_msgs.msg import FlightState
 from quad_node.codec import Stamped

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from quad_core.cascade import SIMULATOR, STAGES
-from quad_core.guard_parameters import StepLimits
+from quad_core.node_parameters import StepLimits
 from quad_core.parameters import ParameterError, flatten
 from quad_core.resolution import Resolved
 from quad_flight_log.analysis.flight_checks import judgement

@@ -17,7 +17,7 @@ from quad_core.cycle import seconds
 from quad_core.enumerations import NodeState
 from quad_core.flight_parameters import FlightParameters
 from quad_core.geometry import norm, tilt
-from quad_core.standing import Standing
+from quad_core.lift_off import Standing
 from quad_core.types import Vec3
 from quad_msgs.msg import AutopilotStatus, FlightPlan, NodeStatus
 from quad_node.responder import Sample

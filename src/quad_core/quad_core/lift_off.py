@@ -12,11 +12,23 @@ body z axis b upright and damps the yaw rate r, and both laws start from their f
 The vehicle interface keeps ``LiftOff`` and marks each state; all else follows from the state.
 """
 
+from collections import deque
 from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
 
-from quad_core.geometry import ZERO, add, body_z, cross, euler_from_quaternion, norm, rotate_inverse, scale
+from quad_core.geometry import (
+    ZERO,
+    add,
+    body_z,
+    cross,
+    euler_from_quaternion,
+    norm,
+    rotate_inverse,
+    scale,
+    subtract,
+    total,
+)
 from quad_core.plugins import Law
 from quad_core.records import referable
 from quad_core.types import AttitudeInputs, PositionInputs, TrajectoryPoint, Vec3, VehicleState, Wrench
@@ -193,3 +205,41 @@ def _position_step(law: Callable[..., Any], kind: Any) -> Callable[..., Any]:
         return output, kind(memory.law if on_ground else own, distance, speed, returns), internals
 
     return step
+
+
+WINDOW = 1.0
+"""s of states that are looked at."""
+LEAST = 0.5
+"""s of them that must be known."""
+
+
+class Standing:
+    """The states of the last WINDOW s: whether an estimate rests while its vehicle stands on the ground."""
+
+    def __init__(self) -> None:
+        """Start with none."""
+        self._seen: deque[tuple[float, VehicleState]] = deque()
+
+    def note(self, time: float, state: VehicleState) -> None:
+        """Take in a state of ``time`` s."""
+        self._seen.append((time, state))
+        while self._seen[0][0] < time - WINDOW:
+            self._seen.popleft()
+
+    def refusal(self, limit: float, source: str) -> str:
+        """Return why the vehicle must not take off, empty if it may; ``limit`` in m/s, ``source`` names the states.
+
+        An estimate at rest shows neither a mean velocity nor a position that moves.
+        """
+        known = self._seen[-1][0] - self._seen[0][0] if self._seen else 0.0
+        if known < LEAST:
+            return f"{source}: found states over {known:.1f} s, expected {LEAST:g} s of them at rest"
+        states = [state for _, state in self._seen]
+        drift = norm(subtract(states[-1].p_w, states[0].p_w)) / known
+        speed = norm(total(state.v_w for state in states)) / len(states)
+        if max(drift, speed) < limit:
+            return ""
+        return (
+            f"{source}: the estimate moves while the vehicle stands: found its position at {drift:.2f} m/s, "
+            f"its velocity {speed:.2f} m/s, expected less than {limit:g} m/s"
+        )

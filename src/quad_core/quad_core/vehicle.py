@@ -1,9 +1,11 @@
-"""The nominal vehicle: what the paper's Table 1 lists, plus the limits it leaves out."""
+"""The nominal vehicle: what Table 1 lists, and the limits it leaves out; what a stage does for it without an input."""
 
 from enum import IntEnum
 from typing import Annotated, Any, NamedTuple
 
+from quad_core.geometry import ZERO, euler_from_quaternion, quaternion_from_euler
 from quad_core.parameters import Choice, ParameterError, Real
+from quad_core.types import AttitudeThrust, TrajectoryPoint, Vec3, VehicleState
 
 
 class Layout(IntEnum):
@@ -103,3 +105,24 @@ def coupling_torque(body: Any, omega: Triple) -> Triple:
 def max_thrust(vehicle: Vehicle) -> float:
     """Return the largest collective thrust in N."""
     return vehicle.thrust_to_weight * vehicle.mass * vehicle.gravity
+
+
+def safe_input(topic: str, last: Any, vehicle: Vehicle, state: VehicleState) -> Any:
+    """Return what a stage acts on when ``last``, its newest input of ``topic``, is too old; None: it cannot answer."""
+    if topic == "reference":
+        return hold_position(last)
+    if topic == "attitude_setpoint":
+        return level_hover(vehicle, state)
+    return None
+
+
+def level_hover(vehicle: Vehicle, state: VehicleState) -> AttitudeThrust:
+    """Return level attitude at the present heading with the nominal hover thrust."""
+    angles = Vec3(0.0, 0.0, euler_from_quaternion(state.q_wb).z)
+    thrust = vehicle.mass * vehicle.gravity
+    return AttitudeThrust(angles, ZERO, ZERO, quaternion_from_euler(angles), thrust, thrust / max_thrust(vehicle))
+
+
+def hold_position(last: TrajectoryPoint) -> TrajectoryPoint:
+    """Return the last reference at rest: its position and heading with all derivatives zero."""
+    return TrajectoryPoint(last.trajectory_time, last.p_w, yaw=last.yaw)

@@ -6,8 +6,8 @@ import pytest
 
 from quad_core import plugins
 from quad_core.cascade import ATTITUDE, POSITION, STAGE
-from quad_core.geometry import euler_from_quaternion, norm, quaternion_from_euler
-from quad_core.lift_off import airborne, lifted_off, sinks, standing, with_lift_off
+from quad_core.geometry import ZERO, euler_from_quaternion, norm, quaternion_from_euler
+from quad_core.lift_off import Standing, airborne, lifted_off, sinks, standing, with_lift_off
 from quad_core.plugins import law_of
 from quad_core.resolution import resolve
 from quad_core.types import (
@@ -165,3 +165,38 @@ def test_an_estimate_whose_z_points_down_sinks_at_lift_off():
     assert not sinks(airborne(2.0), falling)
     assert not sinks(standing(2.0), falling._replace(p_w=Vec3(0.0, 0.0, 1.91)))
     assert not sinks(standing(2.0), falling._replace(v_w=Vec3(0.0, 0.0, -0.4)))  # a drift that passes for rest
+
+
+def seen_for(seconds, moved=ZERO, shown=ZERO, rate=100):
+    """Return what ``seconds`` of an estimate show that moves at ``moved`` m/s and tells ``shown`` m/s."""
+    found = Standing()
+    for k in range(round(seconds * rate) + 1):
+        time = k / rate
+        place = Vec3(-17.0 + moved.x * time, 4.0 + moved.y * time, 13.2 + moved.z * time)
+        found.note(100.0 + time, VehicleState(place, shown))
+    return found
+
+
+def test_one_that_rests_anywhere_or_drifts_slowly_may_fly():
+    slow = Vec3(0.0, 0.0, -0.07)
+    assert seen_for(2.0).refusal(0.15, "odom") == seen_for(2.0, slow, slow).refusal(0.15, "odom") == ""
+
+
+@pytest.mark.parametrize(("moved", "shown"), [(Vec3(0.0, 0.0, -0.2), Vec3()), (Vec3(), Vec3(0.0, 0.2, 0.0))])
+def test_a_drift_is_refused_by_name_whether_or_not_the_velocity_tells_it(moved, shown):
+    text = seen_for(2.0, moved, shown).refusal(0.15, "vehicle_odometry")
+    assert text.startswith("vehicle_odometry: the estimate moves while the vehicle stands: found")
+    assert "0.20 m/s" in text
+    assert text.endswith("expected less than 0.15 m/s")
+
+
+def test_only_the_last_second_counts():
+    found = seen_for(2.0, Vec3(1.0, 0.0, 0.0), Vec3(1.0, 0.0, 0.0))
+    for k in range(1, 121):
+        found.note(102.0 + k / 100, VehicleState(Vec3(-15.0, 4.0, 13.2)))
+    assert found.refusal(0.15, "odom") == ""
+
+
+def test_too_little_is_no_rest():
+    assert Standing().refusal(0.15, "odom") == "odom: found states over 0.0 s, expected 0.5 s of them at rest"
+    assert "0.3 s" in seen_for(0.3).refusal(0.15, "odom")

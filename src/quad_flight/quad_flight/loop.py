@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 from quad_core.cycle import ReferenceLag, followed, is_flyable, seconds, steps_to_cover
 from quad_core.enumerations import GuardMode, GuardRequest
-from quad_core.guard_parameters import GuardParameters
 from quad_core.lift_off import airborne, standing
+from quad_core.node_parameters import GuardParameters
 from quad_core.types import Actuation, Disturbance, TrajectoryPoint, VehicleState, with_ground
 from quad_core.vehicle import Vehicle
 from quad_dynamics.link import Memory as LinkMemory

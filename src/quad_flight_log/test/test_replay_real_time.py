@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from flight_samples import TYPES
 
-from quad_core.safe import hold_position
 from quad_core.types import Actuation, PositionInputs, TrajectoryPoint, VehicleState
+from quad_core.vehicle import hold_position
 from quad_flight_log.analysis.replay import replay
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import TopicError

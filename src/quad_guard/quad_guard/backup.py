@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 from quad_core.cycle import BODY_RATE_BOUND
 from quad_core.geometry import ZERO, body_z, clamp, cross, dot, norm, rotate_inverse, rotated_by_vector, scale, subtract
-from quad_core.guard_parameters import ContactRule
+from quad_core.node_parameters import ContactRule
 from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import Vehicle, coupling_torque, max_thrust
 from quad_guard.checks import BodyState

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from quad_core.cycle import is_flyable
 from quad_core.enumerations import CommandRefusal, StateRefusal
 from quad_core.geometry import norm, scale
-from quad_core.guard_parameters import CommandLimits, ContactRule, StateLimits
+from quad_core.node_parameters import CommandLimits, ContactRule, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Layout, Vehicle, max_thrust
 

@@ -4,7 +4,7 @@ from typing import Any
 
 from quad_core.enumerations import GuardMode
 from quad_core.geometry import norm
-from quad_core.guard_parameters import GuardParameters
+from quad_core.node_parameters import GuardParameters
 from quad_core.types import VehicleState
 from quad_guard.guard import REASONS, Memory
 

@@ -12,7 +12,7 @@ one with noise never does. On the ground only thrust beyond the weight moves a v
 from typing import NamedTuple
 
 from quad_core.geometry import body_z, clamp, norm
-from quad_core.guard_parameters import ContactRule
+from quad_core.node_parameters import ContactRule
 from quad_core.types import Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle, max_thrust
 from quad_guard.checks import BodyState

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 from quad_core.enumerations import CommandRefusal, GuardMode, GuardReason, GuardRequest
 from quad_core.geometry import ZERO, scale
-from quad_core.guard_parameters import GuardParameters
+from quad_core.node_parameters import GuardParameters
 from quad_core.types import GuardStatus, Vec3, Wrench
 from quad_core.vehicle import Vehicle
 from quad_guard.backup import FRESH_DESCENT, Descent, Known, Sight, descend

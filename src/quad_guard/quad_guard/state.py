@@ -14,7 +14,7 @@ from typing import NamedTuple
 from quad_core.cycle import BODY_RATE_BOUND
 from quad_core.enumerations import StateRefusal
 from quad_core.geometry import ZERO, body_z, cross, norm, rotate_inverse, rotated_by_vector, scale
-from quad_core.guard_parameters import GuardParameters, StateLimits
+from quad_core.node_parameters import GuardParameters, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_guard.backup import predict

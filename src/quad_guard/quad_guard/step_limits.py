@@ -7,7 +7,7 @@ import math
 
 from quad_core.enumerations import GuardReason
 from quad_core.geometry import body_z, clamp
-from quad_core.guard_parameters import GuardParameters, StepLimits
+from quad_core.node_parameters import GuardParameters, StepLimits
 from quad_core.types import Quat, Vec3
 from quad_core.vehicle import Vehicle
 

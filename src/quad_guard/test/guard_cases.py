@@ -4,7 +4,7 @@ import math
 
 from quad_core.enumerations import GuardRequest
 from quad_core.geometry import quaternion_from_euler
-from quad_core.guard_parameters import GuardParameters
+from quad_core.node_parameters import GuardParameters
 from quad_core.types import Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_guard import guard

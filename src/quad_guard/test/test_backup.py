@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quad_core.geometry import quaternion_from_euler
-from quad_core.guard_parameters import ContactRule
+from quad_core.node_parameters import ContactRule
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_guard.backup import Descent, Known, Sight, descend, predict

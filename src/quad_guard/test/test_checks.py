@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from quad_core.enumerations import CommandRefusal, GuardMode, GuardReason, StateRefusal
 from quad_core.geometry import normalized
-from quad_core.guard_parameters import CommandLimits, StateLimits
+from quad_core.node_parameters import CommandLimits, StateLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Layout, Vehicle
 from quad_guard import checks, frozen

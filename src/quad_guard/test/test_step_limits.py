@@ -6,7 +6,7 @@ import pytest
 from guard_cases import HOVER, Owner, flying
 
 from quad_core.enumerations import GuardMode, GuardReason
-from quad_core.guard_parameters import StateLimits, StepLimits
+from quad_core.node_parameters import StateLimits, StepLimits
 from quad_core.types import Vec3, Wrench
 
 HOP = StepLimits(math.radians(10.0), 0.5, 1.0, 0.8, 1.2)

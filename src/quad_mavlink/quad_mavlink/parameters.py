@@ -3,7 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from quad_autopilot.parameters import ArmingParameters, ResetLimit, RotorThrust, ThrustCurve, rates
-from quad_core.guard_parameters import GuardParameters
+from quad_core.node_parameters import GuardParameters
 from quad_core.parameters import Real, Text, Whole
 from quad_core.roles import VehicleInterface
 

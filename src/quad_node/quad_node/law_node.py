@@ -13,8 +13,8 @@ from rclpy.publisher import Publisher
 from quad_core.cascade import SHADOW, SIGNALS, STAGE
 from quad_core.records import field_kinds, flattener, numbers_finite
 from quad_core.resolution import Plugin
-from quad_core.safe import safe_input
 from quad_core.types import InputSteps, StepRecord
+from quad_core.vehicle import safe_input
 from quad_msgs.msg import FlightState
 from quad_node import topics
 from quad_node.codec import Stamped, extra_names, numbers_packer, packer

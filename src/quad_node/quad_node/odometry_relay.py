@@ -20,8 +20,7 @@ from quad_core.cycle import is_flyable, seconds
 from quad_core.enumerations import ON_GROUND
 from quad_core.estimator import Drive, Estimator, Sample
 from quad_core.geometry import normalized
-from quad_core.lift_off import airborne, lifted_off, sinks
-from quad_core.standing import Standing
+from quad_core.lift_off import Standing, airborne, lifted_off, sinks
 from quad_core.types import Actuation, Quat, Vec3, VehicleState, with_ground
 from quad_msgs.msg import Actuation as ActuationMsg
 from quad_msgs.msg import FlightMode

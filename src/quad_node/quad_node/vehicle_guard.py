@@ -5,7 +5,7 @@ from collections.abc import Callable
 from quad_core.cascade import COMMAND
 from quad_core.cycle import seconds
 from quad_core.enumerations import CommandRefusal, GuardMode, GuardReason, StateRefusal
-from quad_core.guard_parameters import GuardParameters
+from quad_core.node_parameters import GuardParameters
 from quad_core.types import GuardStatus, Wrench
 from quad_guard import guard
 from quad_guard.checks import COMMAND_REFUSALS, STATE_REFUSALS, StateSample, WrenchCommand

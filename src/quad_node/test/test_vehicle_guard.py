@@ -7,7 +7,7 @@ import pytest
 
 from quad_core.enumerations import CommandRefusal, GuardRequest
 from quad_core.flight_parameters import FlightParameters
-from quad_core.guard_parameters import GuardParameters
+from quad_core.node_parameters import GuardParameters
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle
 from quad_guard.checks import StateSample, WrenchCommand

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from quad_core.cascade import COMMANDER, SIGNALS, SIMULATOR
 from quad_core.enumerations import FlightClock, FlightPhase
-from quad_core.guard_parameters import GuardParameters
+from quad_core.node_parameters import GuardParameters
 from quad_core.parameter_files import load_yaml_file
 from quad_core.records import builder, flattener, leaves
 from quad_flight_log.analysis.arrays import Floats, by_stamp, missing_messages, norms

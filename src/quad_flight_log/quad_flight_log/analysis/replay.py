@@ -16,8 +16,8 @@ from quad_core.cascade import SIGNALS, STAGE
 from quad_core.records import builder, dtype_of, field_kinds, flattener, leaves
 from quad_core.resolution import Resolved
 from quad_core.roles import Stage
-from quad_core.safe import safe_input
 from quad_core.types import StepRecord, Vec3, VehicleState, Wrench
+from quad_core.vehicle import safe_input
 from quad_flight_log.analysis.arrays import by_stamp
 from quad_flight_log.analysis.metrics import thrust_and_torque
 from quad_flight_log.analysis.recorded_parameters import flown_phases, recorded_parameters

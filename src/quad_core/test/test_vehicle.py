@@ -6,9 +6,8 @@ import pytest
 
 from quad_core.geometry import quaternion_from_euler
 from quad_core.parameters import ParameterError, build
-from quad_core.safe import hold_position, level_hover
 from quad_core.types import TrajectoryPoint, Vec3, VehicleState
-from quad_core.vehicle import Vehicle, check_inertia, max_thrust
+from quad_core.vehicle import Vehicle, check_inertia, hold_position, level_hover, max_thrust
 
 
 def test_largest_thrust_is_the_stated_multiple_of_the_weight():
