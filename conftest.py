@@ -27,7 +27,7 @@ SKIPS = pytest.StashKey[dict[str, str]]()
 @pytest.fixture
 def own_domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Give the nodes of a test's own process a ROS domain that nothing else uses."""
-    from quad_bringup.domains import reserved_domain
+    from quad_bringup.surroundings import reserved_domain
 
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
     with reserved_domain(None) as domain:

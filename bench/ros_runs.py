@@ -15,8 +15,8 @@ from diagnostic_msgs.msg import DiagnosticArray
 from mcap.reader import make_reader
 from rclpy.serialization import deserialize_message
 
-from quad_bringup.domains import reserved_domain
 from quad_bringup.processes import Processes, executable
+from quad_bringup.surroundings import reserved_domain
 from quad_core.cascade import ATTITUDE, POSITION, RECORDER, SIMULATOR, TRAJECTORY
 from quad_flight.set_up import Request, parameter_file, resolve_flight
 from quad_node.watch import ENDED, FAILED, FLYING, FlightWatch

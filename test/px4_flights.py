@@ -19,7 +19,7 @@ from flying import LONGEST, ROOT, executable, wait_until
 from sockets import free_port
 from vehicle_packages import vehicle_packages
 
-from quad_bringup.domains import reserved_domain
+from quad_bringup.surroundings import reserved_domain
 
 HERE = Path(__file__).parent / "px4"
 BRIDGE = Path(get_package_prefix("quad_px4"), "lib", "quad_px4", "px4_bridge")

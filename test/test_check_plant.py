@@ -9,7 +9,7 @@ import pytest
 from ament_index_python.packages import get_package_prefix
 from flying import ROOT
 
-from quad_bringup.domains import reserved_domain
+from quad_bringup.surroundings import reserved_domain
 
 pytestmark = pytest.mark.flight
 

@@ -7,7 +7,7 @@ import pytest
 from flying import LONGEST, wait_until
 from px4_flights import AIRFRAME, HERE, environment
 
-from quad_bringup.domains import reserved_domain
+from quad_bringup.surroundings import reserved_domain
 
 pytestmark = [pytest.mark.flight, pytest.mark.wall_clock, pytest.mark.timeout(600)]
 

@@ -13,7 +13,7 @@ import pytest
 from flying import CONFIG, ROLES, ROOT, executable
 from test_same_bits import assert_same
 
-from quad_bringup.domains import reserved_domain
+from quad_bringup.surroundings import reserved_domain
 from quad_flight.flight import fly, from_names
 from quad_flight_log.bag.reader import open_flight
 

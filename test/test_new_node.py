@@ -7,7 +7,7 @@ import time
 import flying
 import pytest
 
-from quad_bringup.domains import reserved_domain
+from quad_bringup.surroundings import reserved_domain
 
 pytestmark = pytest.mark.wall_clock
 

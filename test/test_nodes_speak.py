@@ -10,7 +10,7 @@ import pytest
 from flying import AT_ONCE, executable, fly, in_domain, wait_until
 from sockets import GROUP, LOOPBACK, udp_addresses
 
-from quad_bringup.domains import reserved_domain
+from quad_bringup.surroundings import reserved_domain
 from quad_node.middleware import OPEN, RANGE, TRANSPORTS
 
 pytestmark = pytest.mark.flight

@@ -6,7 +6,7 @@ import re
 import pytest
 import rclpy
 
-from quad_bringup.domains import reserved_domain
+from quad_bringup.surroundings import reserved_domain
 from quad_node import executor
 
 pytestmark = pytest.mark.ros

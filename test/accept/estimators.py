@@ -19,7 +19,7 @@ from flying import finish, in_domain, start
 from scipy.spatial.transform import Rotation
 from spoiled import CHANGES, turned
 
-from quad_bringup.domains import reserved_domain
+from quad_bringup.surroundings import reserved_domain
 from quad_core.estimator import MISFIT_SHARE, RATE_MISFIT, VELOCITY_MISFIT
 from quad_flight_log.bag.reader import open_flight
 

@@ -10,12 +10,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from quad_bringup import steps, surroundings, vehicle_interface, view
-from quad_bringup.domains import reserved_domain
-from quad_bringup.mission_file import read_mission
-from quad_bringup.ros_flight import BAD_SETUP, FAILED, Planned, fly
+from quad_bringup import steps, surroundings, vehicle_interface
+from quad_bringup.ros_flight import BAD_SETUP, FAILED, Planned, fly, viewed
 from quad_bringup.supervisor import Interrupted, Interrupts, interrupts
+from quad_bringup.surroundings import reserved_domain
 from quad_bringup.terminal import complain, say
+from quad_commander.missions import read_mission
 from quad_core import plugins
 from quad_core.cascade import RECORDER, ROLES, SIMULATOR
 from quad_core.command_line import Parser, open_streams
@@ -103,7 +103,7 @@ def _fly(options: argparse.Namespace, made: list[Path], interrupted: Interrupts)
         for flight in flights:
             if remark := unfelt_wind(flight.nodes):
                 complain(f"WARNING: {flight.name}: {remark}")
-            with view.shown(flight.directory, wanted=options.view):
+            with viewed(flight.directory, wanted=options.view):
                 codes.append(fly(flight, domain, interrupted))
             if interrupted.name:
                 break

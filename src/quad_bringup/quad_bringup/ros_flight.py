@@ -3,8 +3,10 @@
 import os
 import shlex
 import shutil
+import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -207,3 +209,27 @@ def shown(flight: Planned) -> tuple[str, list[str], list[str], bool]:
     text += f"seed {flight.nodes[SIMULATOR].flight.seed}; {flown:.2f} s flown"
     text += f" at {flown / wall if wall > 0.0 else 0.0:.2f} x real time; {PHASES.get(states[-1]['state'], 'unknown')}"
     return text, problems, unknown, ends_early(bag)
+
+
+_GOODBYE = 8.0  # s in which it reads the end of the bag and tells the browsers
+
+
+@contextmanager
+def viewed(bag: Path, *, wanted: bool) -> Iterator[None]:
+    """Show in the browser what is recorded into ``bag`` while the context lasts; nothing unless ``wanted``.
+
+    A process of its own, of low priority, that reads the growing bag: no node notices it.
+    """
+    if not wanted:
+        yield
+        return
+    command = ["nice", sys.executable, "-m", "quad_flight_log.cli", "view", "--live", str(bag)]
+    # its own session: Ctrl-C ends the flight, and the view with it
+    with subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True) as process:
+        try:
+            yield
+            if any(bag.glob("*.mcap*")):
+                with suppress(subprocess.TimeoutExpired):
+                    process.wait(_GOODBYE)
+        finally:
+            process.terminate()

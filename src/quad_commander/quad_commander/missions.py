@@ -1,4 +1,4 @@
-"""Missions: ``takeoff,case2,hold:5,goto:4 0 2,land`` as items, and which request comes next.
+"""Missions: ``takeoff,case2,hold:5,goto:4 0 2,land`` or a file as items, and which request comes next.
 
     mission = parse(text, installed trajectories)            # raises ParameterError
     request, memory = next_request(mission, memory, mode, reason, dt)    # at every step
@@ -8,13 +8,18 @@ that of the current item, the mission waits, and goes on only when an operator a
 """
 
 from collections.abc import Collection, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 from quad_commander.mode_table import Condition
 from quad_commander.modes import ON_REQUEST
 from quad_commander.references import Place
+from quad_core import plugins
+from quad_core.cascade import TRAJECTORY
 from quad_core.enumerations import Mode, Request
+from quad_core.parameter_files import StrictLoader, load_yaml_file
 from quad_core.parameters import ParameterError, radians_of
+from quad_core.resolution import parse_settings, resolve
 
 LONGEST_HOLD = 3600.0
 HIGHEST = 1000.0
@@ -151,3 +156,54 @@ def next_request(
     waits = mode == Mode.HOLD and reason != ON_REQUEST and not begins
     memory = memory._replace(waited=memory.waited + dt if waits else 0.0)
     return (item.request if begins else Request.NONE), memory
+
+
+def read_mission(given: str) -> tuple[str, str | None, list[str]]:
+    """Return the mission's items, the trajectory that it flies (None: none), and that one's settings as of ``--set``.
+
+    ``given`` is such items, or a YAML file: a list ``items`` (``takeoff:2``, or ``takeoff: 2`` and
+    ``goto: [4, 0, 2, 90deg]``), and by the name of its trajectory that one's parameters; a list of waypoints has one a
+    line. Raises ParameterError, which names file and key.
+    """
+    path = Path(given)
+    if path.suffix not in (".yaml", ".yml"):
+        return given, _trajectory_of(given), []
+    try:
+        return _read(load_yaml_file(path, StrictLoader))
+    except (OSError, ValueError) as error:
+        raise ParameterError(f"--mission: {given}: {' '.join(str(error).split())}") from error
+
+
+def _read(content: object) -> tuple[str, str | None, list[str]]:
+    if not isinstance(content, dict) or not isinstance(items := content.pop("items", None), list):
+        raise ParameterError("found no list items, expected for example [takeoff:2, hold:5, land]")
+    mission = ",".join(map(_written, items))
+    trajectory, settings = _trajectory_of(mission), []
+    for name, section in content.items():
+        if name != trajectory or not isinstance(section, dict):
+            raise ParameterError(f"found {name}, expected parameters of a trajectory among the items")
+        for key, value in section.items():
+            shown = "; ".join(map(str, value)) if isinstance(value, list) else value
+            settings.append(f"{TRAJECTORY}.{name}.{key}={shown}")
+        resolve(TRAJECTORY, {"trajectory": name, **parse_settings(settings).get(TRAJECTORY, {})})
+    return mission, trajectory, settings
+
+
+def _written(item: object) -> str:
+    """Return an item of a file as the command line has it."""
+    if isinstance(item, dict) and len(item) == 1:
+        ((name, value),) = item.items()
+        return f"{name}:{' '.join(map(str, value)) if isinstance(value, list) else value}"
+    return str(item)
+
+
+def _trajectory_of(mission: str) -> str | None:
+    """Return the name of the trajectory that ``mission`` flies, None if it flies none.
+
+    Raises ParameterError for a mission that cannot be flown.
+    """
+    items = parse(mission, plugins.names(plugins.TRAJECTORY))
+    names = list(dict.fromkeys(item.name for item in items if item.request == Request.MISSION))
+    if len(names) > 1:
+        raise ParameterError(f"mission: found {', '.join(names)}, expected one trajectory: a flight has one such node")
+    return names[0] if names else None

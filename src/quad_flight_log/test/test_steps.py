@@ -11,7 +11,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.experimental import EventsExecutor
 from std_msgs.msg import UInt32
 
-from quad_bringup.domains import reserved_domain
+from quad_bringup.surroundings import reserved_domain
 from quad_flight_log.recorder.node import numbered
 from quad_flight_log.recorder.steps import FlightClock, StepCounter
 
