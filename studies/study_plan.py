@@ -11,7 +11,7 @@ import yaml
 from quad_core.parameter_files import StrictLoader, read_parameter_file
 from quad_core.parameters import ParameterError, Real, Value
 from quad_core.resolution import resolve
-from quad_flight import configuration
+from quad_flight import set_up
 from quad_flight.flight import Flight, flight_from_parameters
 
 Overrides = dict[str, dict[str, Value]]
@@ -213,7 +213,7 @@ def _condition(place: str, entry: Any) -> Overrides:
         raise ParameterError(f"{place}: found {entry!r}, expected node: {{...}}, vehicle: NAME, levels: [NAME, ...]")
     parts: list[tuple[str, Any]] = []
     if "vehicle" in entry:
-        parts += read_parameter_file(configuration.find(configuration.VEHICLES, entry["vehicle"])).items()
+        parts += read_parameter_file(set_up.shipped_file(set_up.VEHICLES, entry["vehicle"])).items()
     known = yaml.load((Path(__file__).with_name("levels.yaml")).read_text(encoding="utf-8"), StrictLoader)
     for level in entry.get("levels", ()):
         if level not in known:

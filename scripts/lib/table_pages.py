@@ -19,7 +19,7 @@ from quad_commander.modes import words
 from quad_commander.services import SERVICES
 from quad_core import plugins
 from quad_core.enumerations import GuardMode, Mode, Request
-from quad_flight import configuration
+from quad_flight import set_up
 from quad_flight_log.analysis.metrics import METRICS
 from quad_guard import guard
 
@@ -139,13 +139,13 @@ def laws_page() -> str:
         ]
         parts += [f"## {group}\n", rows(["name", "what it is", "presets of its module"], lines)]
     for title, kind in (
-        ("Presets (`--preset`)", configuration.CONTROLLERS),
-        ("Vehicles (`--vehicle`)", configuration.VEHICLES),
-        ("Scenarios (`CASE`, `--scenario`)", configuration.SCENARIOS),
+        ("Presets (`--preset`)", set_up.CONTROLLERS),
+        ("Vehicles (`--vehicle`)", set_up.VEHICLES),
+        ("Scenarios (`CASE`, `--scenario`)", set_up.SCENARIOS),
     ):
         parts += [
             f"## {title}\n",
-            rows(["name", "what its file says"], ([f"`{n}`", about(kind, n)] for n in configuration.names(kind))),
+            rows(["name", "what its file says"], ([f"`{n}`", about(kind, n)] for n in set_up.shipped_names(kind))),
         ]
     return "\n".join(parts)
 

@@ -22,7 +22,7 @@ from quad_core.command_line import Parser, open_streams
 from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
 from quad_core.resolution import Resolved
-from quad_flight import configuration
+from quad_flight import set_up
 from quad_flight.set_up import Request, resolve_flight, summary, unfelt_wind
 from quad_flight_log.analysis.flight_checks import read_limits
 from quad_flight_log.errors import FlightLogError
@@ -127,9 +127,9 @@ def _check_namespace(name: str) -> None:
 def _parser() -> argparse.ArgumentParser:
     formatter = argparse.RawDescriptionHelpFormatter
     parser = Parser(prog="fly", description=__doc__, epilog=_EXAMPLES, formatter_class=formatter)
-    kinds = (configuration.CONTROLLERS, configuration.VEHICLES, configuration.SCENARIOS)
-    gains, vehicles, scenarios = (", ".join(configuration.names(kind)) for kind in kinds)
-    cases = sorted({*configuration.names(configuration.SCENARIOS), *plugins.names(plugins.TRAJECTORY)})
+    kinds = (set_up.CONTROLLERS, set_up.VEHICLES, set_up.SCENARIOS)
+    gains, vehicles, scenarios = (", ".join(set_up.shipped_names(kind)) for kind in kinds)
+    cases = sorted({*set_up.shipped_names(set_up.SCENARIOS), *plugins.names(plugins.TRAJECTORY)})
     several: dict[str, Any] = {"action": "append", "default": []}
     both = "position=LAW or attitude=LAW if both have it"
     parser.add_argument("case", nargs="?", metavar="CASE", help=f"{', '.join(cases)}; without it: case1, then case2")
@@ -241,9 +241,9 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
     nodes = resolve_flight(request, identity)
     step = _opened_step(options, nodes, directory) if options.step is not None else ""
     usual = vehicle_interface.AUTOPILOT if options.vehicle_interface else summary(nodes)["start"]
-    if usual not in configuration.names(configuration.LIMITS):  # the trajectory has another kind of start
+    if usual not in set_up.shipped_names(set_up.LIMITS):  # the trajectory has another kind of start
         usual = "approach"
-    limits = options.limits or [str(configuration.find(configuration.LIMITS, usual))]
+    limits = options.limits or [str(set_up.shipped_file(set_up.LIMITS, usual))]
     if options.mission is not None and options.trajectory is None:
         limits = options.limits or []  # the usual ones are those of a curve that is flown
     return Planned(

@@ -1,1 +1,1 @@
-"""A flight without ROS: set-up, configuration, loop, engine, score; and many of them."""
+"""A flight without ROS: set-up, loop, engine, score; and many of them."""

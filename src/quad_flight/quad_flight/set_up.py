@@ -13,9 +13,10 @@ from quad_core.resolution import Resolved, check_agreement, parse_settings, reso
 from quad_core.types import CALM, Vec3, Wrench
 from quad_dynamics import timeline
 from quad_dynamics.ground import SINK
-from quad_flight import configuration
 from quad_guard.ending import stands
 
+SHIPPED = Path(__file__).parent / "config"  # in the package, so that no ament index is needed
+VEHICLES, CONTROLLERS, SCENARIOS, LIMITS = "vehicles", "controllers", "scenarios", "limits"
 Overrides = dict[str, dict[str, Value]]
 _WINDS, _WIND, _FELT = {"wind", "gust", "dryden"}, 10.0, 0.05  # kinds of events; m/s; m/s^2
 
@@ -99,15 +100,15 @@ def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]
 
 def read_request(request: Request, identity: Mapping[str, Mapping[str, Value]]) -> Asked:
     """Return what ``request`` asks for; raises ParameterError for an unknown name, or a key that reaches no node."""
-    files = [configuration.find(configuration.VEHICLES, request.vehicle)]
-    files.append(configuration.find(configuration.CONTROLLERS, request.preset))
-    trajectory, shipped = request.case, configuration.names(configuration.SCENARIOS)
+    files = [shipped_file(VEHICLES, request.vehicle)]
+    files.append(shipped_file(CONTROLLERS, request.preset))
+    trajectory, shipped = request.case, shipped_names(SCENARIOS)
     if request.case not in (*shipped, *plugins.names(plugins.TRAJECTORY)):
         known = sorted({*shipped, *plugins.names(plugins.TRAJECTORY)})
         raise ParameterError(f"case: found {request.case!r}, expected one of {', '.join(known)}")
     for scenario in (request.case if request.case in shipped else None, request.scenario):
         if scenario is not None:
-            files.append(configuration.find(configuration.SCENARIOS, scenario))
+            files.append(shipped_file(SCENARIOS, scenario))
             trajectory = str(_read([files[-1]], "trajectory", request.namespace).get("trajectory", trajectory))
     shadows = shadow_laws(request.shadows)
     optional = [role for role, there in ((RELAY, request.relay), (COMMANDER, request.mission is not None)) if there]
@@ -267,3 +268,21 @@ def summary(resolved: Mapping[str, Resolved]) -> dict[str, Any]:
         "mode": flatten(resolved["simulator"].flight)["mode"],
         "seed": resolved["simulator"].flight.seed,
     }
+
+
+def shipped_names(kind: str) -> list[str]:
+    """Return the sorted names of the files of one kind that come with the stack."""
+    return sorted(path.stem for path in (SHIPPED / kind).glob("*.yaml"))
+
+
+def shipped_file(kind: str, name: str | Path) -> Path:
+    """Return the file that ``name`` stands for: one that comes with the stack, or the path of a YAML file.
+
+    Raises ParameterError if there is no such file.
+    """
+    names = shipped_names(kind)
+    if str(name) in names:
+        return SHIPPED / kind / f"{name}.yaml"
+    if str(name).endswith((".yaml", ".yml")) and Path(name).is_file():
+        return Path(name)
+    raise ParameterError(f"{kind}: found {str(name)!r}, expected {', '.join(names)} or the path of a YAML file")

@@ -6,7 +6,7 @@ import yaml
 
 from quad_core import plugins
 from quad_core.parameters import ParameterError, flatten
-from quad_flight import configuration, flight, set_up
+from quad_flight import flight, set_up
 
 pytestmark = pytest.mark.skipif(
     not plugins.names(plugins.POSITION_LAW), reason="plug-ins are not installed: run scripts/setup"
@@ -25,7 +25,7 @@ def uncommented(path):
 @pytest.mark.parametrize("role", LAWS)
 def test_tuned_shows_the_defaults_of_the_papers_laws(role):
     group, law = LAWS[role]
-    shown = uncommented(configuration.find(configuration.CONTROLLERS, "tuned"))[f"/**/{role}"]["ros__parameters"]
+    shown = uncommented(set_up.shipped_file(set_up.CONTROLLERS, "tuned"))[f"/**/{role}"]["ros__parameters"]
     assert shown.pop("preset") == "tuned"
     assert shown == {f"{law}.{name}": value for name, value in flatten(plugins.load(group, law).Parameters()).items()}
 
@@ -90,9 +90,9 @@ def test_a_choice_that_there_is_not_is_refused_with_those_that_there_are():
 
 def test_the_shipped_files_are_found_without_ament():
     shipped = ["crazyflie21_real", "minimal", "paper_real", "printed", "tuned", "x500", "x500_real"]
-    assert configuration.names(configuration.CONTROLLERS) == shipped
+    assert set_up.shipped_names(set_up.CONTROLLERS) == shipped
     with pytest.raises(ParameterError, match="expected crazyflie21_real, minimal, paper_real, printed, tuned, x500"):
-        configuration.find(configuration.CONTROLLERS, "brave")
+        set_up.shipped_file(set_up.CONTROLLERS, "brave")
 
 
 def test_an_owner_of_another_vehicle_gets_what_all_nodes_share_and_nothing_of_the_simulator():
