@@ -18,8 +18,15 @@ from quad_flight.set_up import Request, resolve_flight
 from quad_flight_log.analysis.arrays import norms
 from quad_flight_log.report.drawing import save
 from quad_flight_log.report.figures import Figure
-from quad_flight_log.report.flight_figures import CASES, Run, paper_figures, position_error, run_from_tables
-from quad_flight_log.report.scene import Playback, playback
+from quad_flight_log.report.flight_figures import (
+    CASES,
+    Playback,
+    Run,
+    paper_figures,
+    playback,
+    position_error,
+    run_from_tables,
+)
 
 ROOT = Path(__file__).resolve().parents[1]
 GAINS = ROOT / "studies" / "study_gains" / "1"

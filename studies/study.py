@@ -74,8 +74,8 @@ from quad_flight.engine import EngineError
 from quad_flight.flight import Flight, fly
 from quad_flight.many import run_many
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics, Metric, flight_metrics
+from quad_flight_log.bag.notes import git_commit
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.recorder.provenance import git_commit
 
 FLIGHT_KEYS = ("controller", "tuning", "condition", "case", "plant", "seed", "outcome", "steps")
 NUMBERS = {

@@ -7,8 +7,8 @@ from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from rclpy.executors import SingleThreadedExecutor
 
-from quad_flight_log.analysis.recorded_parameters import recorded_parameters
 from quad_flight_log.analysis.replay import replay
+from quad_flight_log.analysis.tables import recorded_parameters
 from quad_flight_log.bag.reader import open_flight
 
 pytestmark = pytest.mark.flight

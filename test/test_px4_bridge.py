@@ -22,7 +22,7 @@ from px4_flights import (
 )
 from vehicle_packages import vehicle_packages
 
-from quad_flight_log.analysis.takeovers import takeovers
+from quad_flight_log.analysis.tables import takeovers
 from quad_flight_log.bag.reader import open_flight
 
 # an autopilot has a processor of its own

@@ -17,7 +17,7 @@ LIMIT = 0.3  # s of wall clock
 STREAM = """
 import struct, sys, time
 from quad_flight_log.bag.writer import BagWriter
-from quad_flight_log.recorder.message_fields import definition_of
+from quad_flight_log.recorder.payload_check import definition_of
 from quad_msgs.msg import VehicleState
 
 bag = BagWriter(sys.argv[1], metadata={"seed": "7"})

@@ -25,8 +25,8 @@ from quad_core.resolution import Resolved
 from quad_flight import set_up
 from quad_flight.set_up import Request, resolve_flight, summary, unfelt_wind
 from quad_flight_log.analysis.flight_checks import read_limits
+from quad_flight_log.bag.notes import COMMAND
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.recorder.provenance import COMMAND
 from quad_node.middleware import OPEN, close, close_unless_asked
 
 PAPER_CASES = ("case1", "case2")

@@ -22,9 +22,9 @@ from quad_flight.set_up import parameter_file, summary
 from quad_flight_log.analysis.flight_checks import ends_early, judgement
 from quad_flight_log.analysis.metrics import FlightMetrics
 from quad_flight_log.analysis.tables import measured, truth_note
+from quad_flight_log.bag.notes import LIMITS, STEPPED
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError, TopicError
-from quad_flight_log.recorder.provenance import LIMITS, STEPPED
 from quad_flight_log.report.text import table
 from quad_msgs.msg import FlightState
 from quad_node.codec import stamp_ns
@@ -38,7 +38,7 @@ class Planned(NamedTuple):
     """One flight, checked and ready to start.
 
     ``vehicle``, ``preset``: as they were asked for. ``limits``: {metric: largest value}; ``own``: {role: its command}.
-    ``step``: what the bag notes of a first flight in steps (``provenance.STEPPED``).
+    ``step``: what the bag notes of a first flight in steps (``notes.STEPPED``).
     """
 
     name: str

@@ -19,12 +19,10 @@ from quad_core.node_parameters import StepLimits
 from quad_core.parameters import ParameterError, flatten
 from quad_core.resolution import Resolved
 from quad_flight_log.analysis.flight_checks import judgement
-from quad_flight_log.analysis.recorded_parameters import recorded_parameters
-from quad_flight_log.analysis.tables import measured
-from quad_flight_log.bag.notes import METADATA_FILE
+from quad_flight_log.analysis.tables import measured, recorded_parameters
+from quad_flight_log.bag.notes import BENCH, COMMAND, METADATA_FILE, STEP, STEP_GAINS, STEP_VEHICLE
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.recorder.provenance import BENCH, COMMAND, STEP, STEP_GAINS, STEP_VEHICLE
 
 SHOWN = 4
 """Bags that do not open a step and are named."""

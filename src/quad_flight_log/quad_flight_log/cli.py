@@ -241,8 +241,7 @@ def _report(options: argparse.Namespace) -> int:
     log report flights/case1-1-1                  writes flights/case1-1-1/report.html
     log report flights/a flights/b --names proposed,pid --out results    writes results/comparison.html
     """
-    from quad_flight_log.report.page import write_page
-    from quad_flight_log.report.pages import report_page
+    from quad_flight_log.report.page import report_page, write_page
 
     flights, command = _opened(options), shlex.join(["log", *sys.argv[1:]])
     names = _names(options, flights)
@@ -272,7 +271,7 @@ def _figure(options: argparse.Namespace) -> int:
     log figure flights/a flights/b --names proposed,pid --figure error --out error.pdf --width 88mm
     """
     from quad_flight_log.report.drawing import figures_by_name, save
-    from quad_flight_log.report.pages import runs_of_one_trajectory
+    from quad_flight_log.report.page import runs_of_one_trajectory
 
     flights = _opened(options)
     found = figures_by_name(runs_of_one_trajectory(flights, _names(options, flights)))
@@ -332,8 +331,7 @@ def _observe(options: argparse.Namespace) -> int:
     log observe --listen 0.0.0.0:14540 --out flights/real-1
     """
     from quad_flight_log.imports.telemetry import address, listen
-    from quad_flight_log.report.page import write_page
-    from quad_flight_log.report.pages import report_page
+    from quad_flight_log.report.page import report_page, write_page
 
     out = options.out or Path(time.strftime("flights/observed-%Y%m%d-%H%M%S"))
     out.parent.mkdir(parents=True, exist_ok=True)

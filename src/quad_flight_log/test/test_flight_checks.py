@@ -10,8 +10,8 @@ from flight_samples import message, over, stamp, wrench_of, write_bag
 from quad_flight_log.analysis.flight_checks import failed_checks, judgement
 from quad_flight_log.analysis.metrics import FlightMetrics
 from quad_flight_log.analysis.tables import measured, truth_note
+from quad_flight_log.bag.notes import STOPPED
 from quad_flight_log.bag.reader import open_flight
-from quad_flight_log.recorder.provenance import STOPPED
 
 pytestmark = pytest.mark.unit
 

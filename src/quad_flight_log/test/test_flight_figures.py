@@ -9,17 +9,19 @@ import pytest
 from drawn_flights import APPROACH, OFFSET, YAW_ERROR
 from metric_tables import seconds, table
 
-from quad_flight_log.analysis.takeovers import Takeover
+from quad_flight_log.analysis.tables import Takeover
 from quad_flight_log.report.figures import REFERENCE, Figure, Line, Panel, colours, drawn, runs_of
 from quad_flight_log.report.flight_figures import (
     Run,
     inside_figures,
     mode_bands,
     paper_figures,
+    playback,
     run_from_tables,
+    samples,
+    scene,
     with_bands,
 )
-from quad_flight_log.report.scene import playback, samples, scene
 
 
 @pytest.fixture(scope="module")

@@ -15,8 +15,8 @@ from quad_flight_log.bag.writer import BagWriter
 from quad_flight_log.cli import main
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report import live
+from quad_flight_log.report.flight_figures import samples
 from quad_flight_log.report.live import Feed, follow, page, play, serve, under_way
-from quad_flight_log.report.scene import samples
 
 
 def served(feed, source):

@@ -13,9 +13,8 @@ from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.cli import main
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.figures import REFERENCE, Band, Figure, Line, Panel
-from quad_flight_log.report.page import Page, folded, heading, page_text, table, verbatim, write_page
-from quad_flight_log.report.pages import report_page
-from quad_flight_log.report.scene import playback
+from quad_flight_log.report.flight_figures import playback
+from quad_flight_log.report.page import Page, folded, heading, page_text, report_page, table, verbatim, write_page
 
 plotly = pytest.importorskip("plotly.graph_objects")
 

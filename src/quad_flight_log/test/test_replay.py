@@ -9,8 +9,8 @@ from loop_flight import FlownFlight, write_flight
 
 from quad_core.cascade import STAGE
 from quad_flight_log import cli
-from quad_flight_log.analysis.recorded_parameters import recorded_parameters
 from quad_flight_log.analysis.replay import replay
+from quad_flight_log.analysis.tables import recorded_parameters
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import TopicError
 

@@ -7,13 +7,11 @@ import numpy as np
 import pytest
 from headless_browser import Browser, browser_path
 
-from quad_flight_log.analysis.takeovers import Takeover
+from quad_flight_log.analysis.tables import Takeover
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.report.figures import REFERENCE, Figure, Line, Panel
-from quad_flight_log.report.flight_figures import Run, inside_figures, paper_figures, with_bands
-from quad_flight_log.report.page import Page, write_page
-from quad_flight_log.report.pages import report_page
-from quad_flight_log.report.scene import Playback, playback
+from quad_flight_log.report.flight_figures import Playback, Run, inside_figures, paper_figures, playback, with_bands
+from quad_flight_log.report.page import Page, report_page, write_page
 
 pytest.importorskip("plotly")
 pytest.importorskip("websockets")

@@ -10,8 +10,8 @@ from quad_core.cascade import COMMAND, POSITION
 from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import ARRANGEMENTS, Layout, Vehicle
 from quad_dynamics.rotors import allocate_within, rotor_limit, rotor_speed
-from quad_flight_log.analysis.recorded_parameters import TOPIC
 from quad_flight_log.analysis.refly import flown_wrench, phases_of
+from quad_flight_log.analysis.tables import PARAMETERS
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.imports.importing import read_recording
@@ -30,7 +30,7 @@ def read_log(path: Path, map_name: str = "", layout: str = "") -> Flight:
         recording, _ = read_recording(path, map_name)
         return _flight(recording, path.name, layout)
     bag = open_flight(path)
-    if bag.has(TOPIC) and bag.has(COMMAND) and bag.has("state"):
+    if bag.has(PARAMETERS) and bag.has(COMMAND) and bag.has("state"):
         vehicle = phases_of(bag, POSITION, None, {})[0][1].vehicle
         stamps, wrench = flown_wrench(bag, vehicle)
         return of_ours(bag.array("state"), 1e-9 * stamps.astype(np.float64), wrench, vehicle, path.name)

@@ -23,15 +23,21 @@ from quad_core.records import builder, flattener, leaves
 from quad_flight_log.analysis.arrays import Floats, by_stamp, missing_messages, norms
 from quad_flight_log.analysis.directions import wrong_directions
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
-from quad_flight_log.analysis.recorded_parameters import recorded_parameters
-from quad_flight_log.analysis.tables import autopilot_lands, flight_tables, text_table, truth_topic, unusable_messages
-from quad_flight_log.analysis.takeovers import rows_of, takeovers
+from quad_flight_log.analysis.tables import (
+    autopilot_lands,
+    flight_tables,
+    recorded_parameters,
+    rows_of,
+    takeovers,
+    text_table,
+    truth_topic,
+    unusable_messages,
+)
 from quad_flight_log.bag.messages import Table
-from quad_flight_log.bag.notes import LIBRARY
+from quad_flight_log.bag.notes import BENCH, LIBRARY, LIMIT, STEP, STOPPED
 from quad_flight_log.bag.payload_hash import step_rows
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.recorder.provenance import BENCH, LIMIT, STEP, STOPPED
 
 SILENCE = 0.5  # s without the flown path in real time: as long as the guard tolerates no state at all
 STRAY = 2.5  # m beyond all that was commanded

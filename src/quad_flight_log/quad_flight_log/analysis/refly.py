@@ -22,9 +22,8 @@ from quad_dynamics import rigid_body
 from quad_dynamics.rotors import DIAGONAL, rotor_limit, yaw_arm
 from quad_flight_log.analysis.arrays import Floats, Stamps, by_stamp, norms
 from quad_flight_log.analysis.metrics import thrust_and_torque
-from quad_flight_log.analysis.recorded_parameters import TOPIC, NodeRecord, flown_phases, recorded_parameters
 from quad_flight_log.analysis.replay import tuples_of
-from quad_flight_log.analysis.tables import truth_topic
+from quad_flight_log.analysis.tables import PARAMETERS, NodeRecord, flown_phases, recorded_parameters, truth_topic
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError, TopicError
 from quad_flight_log.imports.write import CURVE, ROTORS
@@ -49,8 +48,8 @@ def vehicle_settings(flight: Flight, path: Path | None) -> dict[str, Value]:
     Raises FlightLogError naming what lacks.
     """
     if path is None:
-        if not flight.has(TOPIC):
-            raise FlightLogError(f"{flight.path}: no vehicle: the bag has no {TOPIC}; give --vehicle FILE")
+        if not flight.has(PARAMETERS):
+            raise FlightLogError(f"{flight.path}: no vehicle: the bag has no {PARAMETERS}; give --vehicle FILE")
         return {}
     try:
         content = overrides_for([read_parameter_file(path)], SIMULATOR)
@@ -72,7 +71,7 @@ def gains_of(path: Path | None) -> dict[str, dict[str, Value]]:
 
 def phases_of(flight: Flight, role: str, law: str | None, values: dict[str, Value]) -> list[tuple[int, Resolved]]:
     """Return (step, parameters from it on) of a controller, its defaults where the bag says nothing of it."""
-    found = recorded_parameters(flight).get(role) if flight.has(TOPIC) else None
+    found = recorded_parameters(flight).get(role) if flight.has(PARAMETERS) else None
     record = found or NodeRecord({}, [], ())
     flying = law or record.values.get("law") or resolve(role, {}).plugins["law"].name
     others = {*names(STAGE[role].group)} - {flying}  # a file of gains has those of many laws

@@ -20,7 +20,7 @@ from quad_core.types import StepRecord, Vec3, VehicleState, Wrench
 from quad_core.vehicle import safe_input
 from quad_flight_log.analysis.arrays import by_stamp
 from quad_flight_log.analysis.metrics import thrust_and_torque
-from quad_flight_log.analysis.recorded_parameters import flown_phases, recorded_parameters
+from quad_flight_log.analysis.tables import flown_phases, recorded_parameters
 from quad_flight_log.bag.messages import Table
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError, SchemaError, TopicError

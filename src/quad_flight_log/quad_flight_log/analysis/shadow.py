@@ -17,9 +17,9 @@ from quad_core.types import AttitudeThrust, Quat, TrajectoryPoint, Vec3, Vehicle
 from quad_core.vehicle import Vehicle
 from quad_dynamics.rotors import allocate_within, rotor_limit
 from quad_flight_log.analysis.arrays import Floats, by_stamp, euler_angles, wrapped
-from quad_flight_log.analysis.recorded_parameters import TOPIC
 from quad_flight_log.analysis.refly import IDLE, LONGEST_GAP, flown_wrench, held_at, phases_of
 from quad_flight_log.analysis.replay import answered, by_step, columns_of, seen_on_board, tuples_of
+from quad_flight_log.analysis.tables import PARAMETERS
 from quad_flight_log.bag.reader import Flight
 from quad_flight_log.errors import FlightLogError, TopicError
 from quad_flight_log.report.text import aligned
@@ -82,7 +82,7 @@ def shadow(
     phases = {role: phases_of(flight, role, laws.get(role), values | gains.get(role, {})) for role in STAGE}
     first = next(iter(phases.values()))[0][1]
     given, flown, said, notes = dict[str, Mapping[int, Any]](), Numbers(), Numbers(), list[str]()
-    others = None if flight.has(TOPIC) else _imported(flight, first.vehicle)
+    others = None if flight.has(PARAMETERS) else _imported(flight, first.vehicle)
     if others:
         given, flown, notes = dict(others.inputs), others.flown, others.notes
     for role, stage in STAGE.items():

@@ -1,21 +1,29 @@
-"""The topics that metrics, figures and lists of events read, checked field by field.
+"""A flight's topics, checked field by field: tables for metrics and figures, takeovers, the nodes' parameters.
 
 A bag of others may have a topic of ours with another type, or a type of ours with other fields.
 """
 
 from collections.abc import Mapping
+from itertools import groupby
+from operator import itemgetter
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quad_core.cascade import COMMAND, SIGNALS, VEHICLE_INTERFACES
+from quad_core.cascade import COMMAND, ROLES, SIGNALS, VEHICLE_INTERFACES
+from quad_core.enumerations import GuardMode
+from quad_core.parameter_files import read_parameter_text
+from quad_core.parameters import ParameterError, Value
+from quad_core.plugins import PluginError
 from quad_core.records import dtype_of
+from quad_core.resolution import Resolved, resolve, with_law
 from quad_core.roles import VehicleInterface
 from quad_flight_log.analysis.arrays import Floats, by_stamp, matched, norms
 from quad_flight_log.analysis.metrics import FlightMetrics, flight_metrics, rmse
 from quad_flight_log.bag.messages import Table, flat_columns, part_of
 from quad_flight_log.bag.reader import Flight
-from quad_flight_log.errors import TopicError
+from quad_flight_log.errors import CorruptError, FlightLogError, TopicError
 
 # Fields without which a topic is of no use; the others are used where they are there.
 NEEDED: Mapping[str, tuple[str, ...]] = {
@@ -203,3 +211,98 @@ def _usable(topic: str, table: Table) -> NDArray[np.bool_]:
 def _wrong(flight: Flight, topic: str, field: str) -> TopicError:
     found = flight.topics[flight.resolve(topic)].type
     return TopicError(f"{flight.path}: {topic}: its type {found} has no field {field!r} as a flight has it")
+
+
+_NAMES = {int(mode): mode.name.lower() for mode in GuardMode}
+
+
+class Takeover(NamedTuple):
+    """A time in which one mode of the guard held: mode and reason in words, from which plant step on, stamps in ns."""
+
+    mode: str
+    reason: str
+    step: int
+    begin_ns: int
+    end_ns: int
+
+
+def takeovers(flight: Flight) -> list[Takeover]:
+    """Return the takeovers of a flight in order, none where its bag has no ``flight/guard``.
+
+    The guard reports every change at its step; a mode that nothing followed holds to the end of the bag.
+    """
+    said = rows_of(flight, "flight/guard", ("mode", "reason_text", "since", "stamp_ns"))
+    rows = [(int(row["mode"]), str(row["reason_text"]), int(row["since"]), int(row["stamp_ns"])) for row in said]
+    changes = [next(alike) for _, alike in groupby(rows, key=itemgetter(0, 1, 2))]
+    last_of_truth = flight.array("truth")["stamp_ns"][-1:].tolist() if flight.has("truth") else []
+    ends = [row[3] for row in changes[1:]] + [max([row[3] for row in rows] + last_of_truth, default=0)]
+    return [
+        # any node can send a mode that there is not
+        Takeover(_NAMES.get(mode, f"mode {mode}"), reason, since, stamp, end)
+        for (mode, reason, since, stamp), end in zip(changes, ends, strict=False)
+        if mode != GuardMode.PASS
+    ]
+
+
+def rows_of(flight: Flight, topic: str, needed: tuple[str, ...]) -> Table | list[Table]:
+    """Return the messages of a topic; none of a type that lacks a field."""
+    table = flight.array(topic) if flight.has(topic) else None
+    if table is None or not set(needed) <= set(table.dtype.names or ()):
+        return []
+    return table
+
+
+PARAMETERS = "flight/parameters"
+
+
+class Change(NamedTuple):
+    """Parameters that a node got in flight, and the plant step they hold from."""
+
+    step: int
+    values: dict[str, Value]
+
+
+class NodeRecord(NamedTuple):
+    """The parameters of one node before the flight, and their changes in flight in order."""
+
+    values: dict[str, Value]
+    internals_names: list[str]
+    changes: tuple[Change, ...]
+
+
+def recorded_parameters(flight: Flight) -> dict[str, NodeRecord]:
+    """Return {role: parameters} from what the nodes published.
+
+    Raises TopicError if the bag lacks them, CorruptError if they cannot be read.
+    """
+    if not flight.has(PARAMETERS):
+        raise TopicError(f"{flight.path}: no topic {PARAMETERS!r}: with which parameters the nodes flew is unknown")
+    found: dict[str, NodeRecord] = {}
+    for row in text_table(flight, PARAMETERS):
+        role = str(row["role"])
+        if role not in ROLES:
+            continue
+        try:
+            content = read_parameter_text(str(row["parameters"]), f"{flight.path}: {PARAMETERS}")
+        except ParameterError as error:
+            raise CorruptError(f"{flight.path}: recorded parameters cannot be read: {error}") from error
+        values = {name: value for body in content.values() for name, value in body.items()}
+        before, step, names = found.get(role), int(row["step"]), [str(name) for name in row["internals_names"]]
+        if before is None or (row["log_ns"] <= 0 and not before.changes):
+            found[role] = NodeRecord(values, names, ())
+        elif step and values != (before.changes[-1].values if before.changes else before.values):
+            # step 0, later: a process that was started again says what it was set up with
+            found[role] = before._replace(changes=(*before.changes, Change(step, values)))
+    return found
+
+
+def flown_phases(record: NodeRecord, role: str, law: str | None = None) -> list[tuple[int, Resolved]]:
+    """Return (plant step, parameters from it on) of a controller, or of another ``law`` with its defaults.
+
+    The first phase begins at step 0, each change in flight another. Raises FlightLogError.
+    """
+    spells = [(0, record.values), *((change.step, change.values) for change in record.changes)]
+    try:
+        return [(step, resolve(role, with_law(values, law) if law else values)) for step, values in spells]
+    except (ParameterError, PluginError) as error:
+        raise FlightLogError(f"{role}: {error}") from error

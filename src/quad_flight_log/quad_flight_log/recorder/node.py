@@ -16,11 +16,10 @@ from rclpy.serialization import deserialize_message, serialize_message
 from quad_core.cascade import RECORDER, RELAY, SHADOWS
 from quad_core.enumerations import NodeState
 from quad_core.parameters import ParameterError
+from quad_flight_log.bag.notes import STOPPED, flight_metadata
 from quad_flight_log.bag.writer import BACKLOG_LIMIT, MESSAGE_LIMIT, BagWriter
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.recorder.message_fields import definition_of
-from quad_flight_log.recorder.payload_check import payload_check
-from quad_flight_log.recorder.provenance import STOPPED, flight_metadata
+from quad_flight_log.recorder.payload_check import definition_of, payload_check
 from quad_flight_log.recorder.steps import FlightClock, StepCounter
 from quad_flight_log.recorder.vehicle_pose import FOLLOWED, PoseOutput
 from quad_msgs.msg import FlightState, NodeStatus, RecorderAck

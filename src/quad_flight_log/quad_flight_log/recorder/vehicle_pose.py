@@ -16,7 +16,7 @@ from quad_core.cascade import SIGNALS
 from quad_core.geometry import quaternion_from_euler
 from quad_core.types import TrajectoryPoint, Vec3, VehicleState
 from quad_flight_log.bag.writer import BagWriter
-from quad_flight_log.recorder.message_fields import definition_of
+from quad_flight_log.recorder.payload_check import definition_of
 from quad_node import topics
 from quad_node.codec import set_stamp, unpacker
 

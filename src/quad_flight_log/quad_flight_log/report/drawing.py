@@ -8,8 +8,7 @@ import numpy as np
 
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.figures import REFERENCE_COLOUR, Figure, colours, height, runs_of, thin
-from quad_flight_log.report.flight_figures import Run, inside_figures, paper_figures
-from quad_flight_log.report.scene import Playback, playback
+from quad_flight_log.report.flight_figures import Playback, Run, inside_figures, paper_figures, playback
 
 KINDS = (".pdf", ".svg", ".png")
 _INCH = 25.4  # mm

@@ -23,9 +23,8 @@ from quad_flight_log.bag.files import BagFile, Channel
 from quad_flight_log.bag.messages import message_type
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.report.figures import PALETTE
-from quad_flight_log.report.flight_figures import Run
+from quad_flight_log.report.flight_figures import Run, samples
 from quad_flight_log.report.page import document, resource
-from quad_flight_log.report.scene import samples
 
 PERIOD = 0.05  # s between two samples, and between two messages to a browser
 _POLL = 0.05  # s between two looks at a file that grows

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from metric_tables import seconds, table
 
-from quad_flight_log.analysis.takeovers import Takeover, takeovers
+from quad_flight_log.analysis.tables import Takeover, takeovers
 
 pytestmark = pytest.mark.unit
 
