@@ -14,9 +14,9 @@ setup(
     zip_safe=False,
     extras_require={"test": ["pytest"]},
     entry_points={
-        "console_scripts": ["joined_plant = quad_mavlink.hil.joined:main", "mavlink_bridge = quad_mavlink.node:main"],
+        "console_scripts": ["joined_plant = quad_mavlink.joined:main", "mavlink_bridge = quad_mavlink.node:main"],
         "quad.vehicles": [
-            "joined_plant = quad_mavlink.hil.parameters:INTERFACE",
+            "joined_plant = quad_mavlink.parameters:JOINED_INTERFACE",
             "mavlink_bridge = quad_mavlink.parameters:INTERFACE",
         ],
     },

@@ -20,12 +20,11 @@ from quad_core.resolution import Resolved
 from quad_core.types import Actuation, Disturbance, VehicleState, Wrench
 from quad_dynamics.node import announce
 from quad_dynamics.plant_model import PlantModel
-from quad_mavlink import link
-from quad_mavlink.hil import motors
-from quad_mavlink.hil.gate import Decision, Gate, foreign_stamp
-from quad_mavlink.hil.motors import Exchange, RefusedError
-from quad_mavlink.hil.parameters import JOINED
-from quad_mavlink.hil.sensors import Sensors, Suite
+from quad_mavlink import link, motors
+from quad_mavlink.gate import Decision, Gate, foreign_stamp
+from quad_mavlink.motors import Exchange, RefusedError
+from quad_mavlink.parameters import JOINED
+from quad_mavlink.sensors import Sensors, Suite
 from quad_msgs.msg import FlightState
 from quad_node.codec import head_of
 from quad_node.main import run

@@ -12,9 +12,9 @@ from quad_core.types import ALL_ROTORS, Conditions, Vec3, VehicleState
 from quad_core.vehicle import Layout, Vehicle
 from quad_dynamics import rigid_body
 from quad_dynamics.rotors import allocate_within, rotor_limit
-from quad_mavlink.hil import motors
-from quad_mavlink.hil.motors import Exchange, RefusedError
-from quad_mavlink.hil.sensors import Sensors, Suite
+from quad_mavlink import motors
+from quad_mavlink.motors import Exchange, RefusedError
+from quad_mavlink.sensors import Sensors, Suite
 from quad_px4 import mapping
 
 VEHICLE = Vehicle(

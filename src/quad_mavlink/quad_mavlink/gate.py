@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Mapping
 from enum import IntEnum
 
-from quad_mavlink.hil.parameters import GateParameters
+from quad_mavlink.parameters import GateParameters
 
 _KNOWN = 200
 _ONE_CLOCK = 30.0  # s; stamps farther behind are of another clock

@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from quad_core.parameters import ParameterError
 from quad_core.types import Quat, Vec3, VehicleState
-from quad_mavlink.hil import sensors
-from quad_mavlink.hil.sensors import Air, Fix, Home, Inertial, Noise, Place, Sensors, Suite
+from quad_mavlink import sensors
+from quad_mavlink.sensors import Air, Fix, Home, Inertial, Noise, Place, Sensors, Suite
 
 G = 9.81
 FRD = np.diag([1.0, -1.0, -1.0])

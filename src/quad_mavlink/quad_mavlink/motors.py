@@ -16,8 +16,8 @@ from quad_autopilot import frames
 from quad_core.parameters import ParameterError
 from quad_core.types import Vec3, VehicleState, Wrench
 from quad_core.vehicle import Layout, Vehicle, max_thrust
-from quad_mavlink.hil.sensors import Suite
 from quad_mavlink.link import Server
+from quad_mavlink.sensors import Suite
 from quad_px4.mapping import Mapping
 from quad_px4.parameters import AirframeParameters, RotorPlace
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from quad_mavlink.hil.gate import Decision, Gate, foreign_stamp
-from quad_mavlink.hil.parameters import GateParameters
+from quad_mavlink.gate import Decision, Gate, foreign_stamp
+from quad_mavlink.parameters import GateParameters
 
 GO, WAIT, OVERDUE, UNANSWERED = Decision
 WAITS = GateParameters(linger=0.01, overdue=2.0, answer_timeout=10.0)

@@ -1,1 +1,0 @@
-"""Our plants under an autopilot's simulator interface: sensors, motors, MAVLink over TCP, in lockstep."""
