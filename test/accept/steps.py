@@ -48,9 +48,8 @@ from quad_core.vehicle import Vehicle
 from quad_dynamics import rigid_body
 from quad_dynamics.parameters import PlantParameters
 from quad_guard import guard
-from quad_guard.checks import WrenchCommand
+from quad_guard.checks import WrenchCommand, broken_limit
 from quad_guard.guard import FRESH_MEMORY, Inputs
-from quad_guard.step_limits import broken_limit
 from quad_position_ctrl import aibs
 
 THRUST, TORQUE, REVERSED, REFERENCE, PUSH = 20, 21, 22, 23, 24

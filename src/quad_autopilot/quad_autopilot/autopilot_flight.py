@@ -37,8 +37,8 @@ from quad_core.lift_off import Standing, lifted_off, standing
 from quad_core.parameters import ParameterError
 from quad_core.types import Actuation, AttitudeThrust, VehicleState, with_ground
 from quad_core.vehicle import level_hover
+from quad_guard.checks import broken_limit, within_thrust_range
 from quad_guard.guard import REASONS
-from quad_guard.step_limits import broken_limit, within_thrust_range
 from quad_msgs.msg import AutopilotStatus, FlightMode, FlightState
 from quad_node.codec import UNUSABLE, Stamped, set_stamp, unpacker
 from quad_node.command_link import CommandLink

@@ -10,11 +10,10 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
-from quad_campaign.batch import flight_of, prepared, run, shipped
+from quad_campaign.batch import Parts, flight_of, prepared, run, shipped
 from quad_campaign.campaign_report import page, pairs_text, text
 from quad_campaign.definition import Definition, command, read_definition
-from quad_campaign.pairs import flights_of, paired
-from quad_campaign.parts import Parts
+from quad_campaign.statistics import flights_of, paired
 from quad_core.command_line import Parser, open_streams
 from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError

@@ -7,8 +7,7 @@ import numpy as np
 import pandas as pd
 
 from quad_campaign.definition import Definition, command
-from quad_campaign.influence import influences
-from quad_campaign.pairs import Pairs
+from quad_campaign.statistics import Pairs, influences
 from quad_core.parameters import Value
 from quad_flight.score import FIGURES
 from quad_flight.variation import SEED, Variation

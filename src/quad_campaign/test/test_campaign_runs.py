@@ -11,11 +11,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from quad_campaign.batch import flight_of, fly_numbers, prepared, run
+from quad_campaign.batch import Parts, flight_of, fly_numbers, prepared, run
 from quad_campaign.campaign_cli import main
 from quad_campaign.campaign_report import page, quantiles, success, worst
 from quad_campaign.definition import base_flight, command, read_definition, request
-from quad_campaign.parts import Parts
 from quad_core.parameters import ParameterError
 from quad_flight.flight import flight_from_resolved, fly
 from quad_flight.set_up import resolve_flight

@@ -1,4 +1,4 @@
-"""What a wrench and a state sample must be before the guard accepts them.
+"""What a wrench and a state sample must be before the guard accepts them, and what a first flight in steps may do.
 
 A check returns 0 (``ACCEPTED``) or the number of the first rule that is broken; ``COMMAND_REFUSALS`` and
 ``STATE_REFUSALS`` hold the words. Time is the vehicle interface's plant step: age = (step - stamp's step) * period, in
@@ -9,9 +9,9 @@ import math
 from typing import NamedTuple
 
 from quad_core.cycle import is_flyable
-from quad_core.enumerations import CommandRefusal, StateRefusal
-from quad_core.geometry import norm, scale
-from quad_core.node_parameters import CommandLimits, ContactRule, StateLimits
+from quad_core.enumerations import CommandRefusal, GuardReason, StateRefusal
+from quad_core.geometry import body_z, clamp, norm, scale
+from quad_core.node_parameters import CommandLimits, ContactRule, GuardParameters, StateLimits, StepLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Layout, Vehicle, max_thrust
 
@@ -174,3 +174,35 @@ def is_surely_within(last: Quat, q: Quat, angle: float) -> bool:
 def half_cosine(last: Quat, q: Quat) -> float:
     """Return the cosine, 0 to 1, of half the angle between two attitudes."""
     return abs(last.x * q.x + last.y * q.y + last.z * q.z + last.w * q.w)
+
+
+OFF = 1e6
+"""m/s that are no limit of the speed."""
+LANDING_SPEED, BRAKING = 1.0, 5.0
+"""Within a limit of the speed nothing sinks faster, in m/s, than what these m/s^2 brake before the ground."""
+
+
+def broken_limit(limits: StepLimits, home: Vec3, ground_z: float, p_w: Vec3, v_w: Vec3, q_wb: Quat) -> GuardReason:
+    """Return which limit a vehicle is beyond; GOOD within all. m, m/s.
+
+    ``home``: where it took off, ``ground_z``: the height of the ground there.
+    """
+    x, y, z = abs(p_w.x - home.x), abs(p_w.y - home.y), p_w.z - ground_z
+    if x > limits.box or y > limits.box or z > limits.box:
+        return GuardReason.STEP_BOX
+    if v_w.x * v_w.x + v_w.y * v_w.y + v_w.z * v_w.z > limits.speed * limits.speed:
+        return GuardReason.STEP_SPEED
+    if limits.speed < OFF and v_w.z < -LANDING_SPEED and v_w.z * v_w.z > 2.0 * BRAKING * z:
+        return GuardReason.STEP_SPEED
+    if limits.tilt < math.pi and body_z(q_wb).z < math.cos(limits.tilt):
+        return GuardReason.STEP_TILT
+    return GuardReason.GOOD
+
+
+def within_thrust_range(parameters: GuardParameters, vehicle: Vehicle, thrust: float, height: float) -> float:
+    """Return the thrust in N that may reach the rotors, ``height`` m above the ground; near it the vehicle may land."""
+    limits, weight = parameters.step, vehicle.mass * vehicle.gravity
+    least = limits.least_thrust * weight
+    if height <= parameters.contact.stop_height and least > 0.0:
+        least = 0.0
+    return clamp(thrust, least, limits.most_thrust * weight)

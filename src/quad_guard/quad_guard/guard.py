@@ -26,9 +26,15 @@ from quad_core.node_parameters import GuardParameters
 from quad_core.types import GuardStatus, Vec3, Wrench
 from quad_core.vehicle import Vehicle
 from quad_guard.backup import FRESH_DESCENT, Descent, Known, Sight, descend
-from quad_guard.checks import StateSample, WrenchCommand, command_refusal, is_on_ground
+from quad_guard.checks import (
+    StateSample,
+    WrenchCommand,
+    broken_limit,
+    command_refusal,
+    is_on_ground,
+    within_thrust_range,
+)
 from quad_guard.state import NO_ESTIMATE, Estimate, Refusals, is_full, is_gone, is_misled, observe, with_belief
-from quad_guard.step_limits import broken_limit, within_thrust_range
 from quad_guard.unknown_torque import NO_UNKNOWN_TORQUE, UnknownTorque, advanced, estimated
 
 REASONS: dict[int, str] = {

@@ -22,10 +22,17 @@ from quad_core.types import TrajectoryPoint, VehicleState
 from quad_core.vehicle import Vehicle
 from quad_trajectory.approach import Approach, Entry, Start, plan_approach, sample_approach
 from quad_trajectory.limits import MotionLimits
-from quad_trajectory.minimum_snap import COEFFICIENTS, FIRST_COEFFICIENT, Table, axes_of, axis_at
+from quad_trajectory.minimum_snap import (
+    COEFFICIENTS,
+    FIRST_COEFFICIENT,
+    Table,
+    axes_of,
+    axis_at,
+    path_limits,
+    sample_factors,
+)
 from quad_trajectory.polynomial import AxisPoint, at_rest, point, septic
-from quad_trajectory.time_allocation import path_limits, sample_factors
-from quad_trajectory.waypoint_text import FARTHEST
+from quad_trajectory.waypoints import FARTHEST
 
 NEEDED = ("t", "x", "y", "z")
 OPTIONAL = ("yaw", "vx", "vy", "vz", "ax", "ay", "az")
