@@ -39,7 +39,7 @@ class Fit(NamedTuple):
     """Parameters in the order of NAMES, their covariance, and what is left.
 
     ``residual`` (3 + 3): RMS of force m/s^2 and of rates rad/s; ``explained``: share of the variance of each that the
-    motors explain; ``quantile``: of Student's t, for 95 %.
+    motors explain; ``quantile``: of Student's t, for 95 %; ``lasting`` (3): RMS of force errors that outlast a window.
     """
 
     p: Floats
@@ -49,6 +49,7 @@ class Fit(NamedTuple):
     quantile: float
     windows: int
     left_out: int
+    lasting: Floats
 
 
 def start(model: Model) -> Floats:
@@ -116,7 +117,7 @@ def fitted(model: Model, begin: Floats | None = None, report: Report = lambda _:
         left = model.residuals(p)
         if turn:
             explained = _explained(model, keep, p)
-            model.lasting = _lasting(left[keep][:, :, :3])
+            model.lasting, _ = _lasting(left[keep][:, :, :3])
             silent[3:], weight[3:] = explained[3:] < SILENT, np.where(explained[3:] < MOVES, DOUBT, 1.0)
             gone = {name for axis in np.flatnonzero(silent).tolist() for name in OF_AXIS[axis]}
             free = np.array([index for index in free if NAMES[index] not in gone])
@@ -129,9 +130,10 @@ def fitted(model: Model, begin: Floats | None = None, report: Report = lambda _:
     model.scale = np.where(silent, 1e9, weight * np.maximum(_left(model, p)[keep].std(axis=(0, 1)), 1e-6))
     covariance, quantile = _covariance(model, p, free, keep, repeats)
     model.scale, model.lasting = np.ones(6), np.zeros(3)
-    model.scale = np.maximum(_left(model, p)[keep].std(axis=(0, 1)), 1e-6)
-    explained = _explained(model, keep, p)
-    return Fit(p, covariance, model.scale.copy(), explained, quantile, int(keep.sum()), int((~keep).sum()))
+    left = _left(model, p)[keep]
+    model.scale = np.maximum(left.std(axis=(0, 1)), 1e-6)
+    explained, (_, lasting) = _explained(model, keep, p), _lasting(left[:, :, :3])
+    return Fit(p, covariance, model.scale.copy(), explained, quantile, int(keep.sum()), int((~keep).sum()), lasting)
 
 
 def _left(model: Model, p: Floats) -> Floats:
@@ -139,12 +141,16 @@ def _left(model: Model, p: Floats) -> Floats:
     return model.residuals(p) * model.scale
 
 
-def _lasting(left: Floats) -> Floats:
-    """Return which share of a window's mean to take off, per column: 0 if errors are white, 1 if they last."""
+def _lasting(left: Floats) -> tuple[Floats, Floats]:
+    """Return per column: the share of a window's mean to take off (0: errors are white, 1: they last), RMS of lasting.
+
+    Of white errors the mean of a window has a variance of that within windows over the blocks.
+    """
     mean, blocks = left.mean(axis=1), left.shape[1]
-    within = ((left - mean[:, None]) ** 2).sum(axis=(0, 1)) / (len(left) * (blocks - 1))
-    share: Floats = 1.0 - np.sqrt(np.minimum(within / np.maximum(blocks * np.mean(mean**2, axis=0), 1e-12), 1.0))
-    return share
+    white = ((left - mean[:, None]) ** 2).sum(axis=(0, 1)) / (len(left) * (blocks - 1) * blocks)
+    square = np.mean(mean**2, axis=0)
+    share: Floats = 1.0 - np.sqrt(np.minimum(white / np.maximum(square, 1e-12 / blocks), 1.0))
+    return share, np.sqrt(np.maximum(square - white, 0.0))
 
 
 def _explained(model: Model, keep: NDArray[np.bool_], p: Floats) -> Floats:

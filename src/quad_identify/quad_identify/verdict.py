@@ -18,6 +18,7 @@ HARDLY = 0.02  # standard deviation over mean of the thrust within SLOW s: less 
 SLOW = 2.0 * NEAR_GROUND  # s over which a thrust that changes is a battery that sags
 TURNS = 0.0175  # rad/s within a window (1 deg/s): an axis that turns less was not flown, whatever moved it
 WEAK = 0.85  # effectiveness below which a rotor is named
+COUPLED = 0.12  # of lasting force errors: standard deviation of the share that goes with the velocity
 CENTRE = 0.05  # arms: how far the centre of gravity may be off where only the trim tells
 TORQUES = ("roll_torque_per_inertia", "pitch_torque_per_inertia", "yaw_torque_per_inertia")
 INERTIAS = ("inertia_xx", "inertia_yy", "inertia_zz")
@@ -196,12 +197,17 @@ def _timing(e: Evidence) -> dict[str, Parameter]:
 
 
 def _drag(e: Evidence) -> Parameter:
-    along = [abs(g.velocity_b[g.windows][:, :, :2]).max() for g in e.model.grids if g.velocity_b is not None]
+    """Return the linear drag: a force that lasts also moves the vehicle, so it looks like less drag."""
+    along = [g.velocity_b[g.windows][:, :, :2].reshape(-1, 2) for g in e.model.grids if g.velocity_b is not None]
     if not e.model.has_velocity:
         return unknown("linear_drag", "no velocity or attitude in the log", "log velocity and attitude")
-    found = interval(e, lambda p: float(p[AT["linear_drag"]]))
-    limit, why = max(0.05, 0.25 * abs(found[0])), f"up to {max(along):.1f} m/s"
-    return _one("linear_drag", found, limit, "", why, "fly at 3 m/s and more")
+    v, pushes = np.concatenate(along), float(np.hypot(*e.fit.lasting[:2]))
+    taken = COUPLED * pushes / max(float(np.hypot(*v.std(axis=0))), 1e-9)
+    found = interval(e, lambda p: float(p[AT["linear_drag"]]), taken)
+    limit, against = max(0.05, 0.25 * abs(found[0])), ""
+    if found[1] > limit and e.fit.quantile * taken > 0.5 * limit:
+        against = f"pushes or gusts of {pushes:.2g} m/s^2 look like drag"
+    return _one("linear_drag", found, limit, against, f"up to {abs(v).max():.1f} m/s", "fly at 3 m/s and more, in calm")
 
 
 def _against_rotation(e: Evidence, axis: int) -> str:

@@ -74,6 +74,7 @@ def test_what_a_log_cannot_tell_is_not_told(manoeuvre, how, refused):
 def beside_the_truth(found):
     """Return which parameters are told with an interval that misses the truth by more than its half width."""
     truths = {"specific_thrust": TRUTH.specific_thrust, "rotor_time_constant": TRUTH.lag, "command_delay": TRUTH.delay}
+    truths["linear_drag"] = TRUTH.drag
     truths |= {f"inertia_{axis * 2}": moment for axis, moment in zip("xyz", TRUTH.inertia, strict=True)}
     truths["rotor_effectiveness"] = TRUTH.effectiveness
     told = {name: found[name] for name in truths if found[name].told}
@@ -81,10 +82,13 @@ def beside_the_truth(found):
     return [name for name, one in told.items() if np.any(off[name] > np.subtract(one.high, one.low))]
 
 
-def test_pushes_that_last_widen_intervals_and_move_no_value_out_of_them():
-    found = result_of(Manoeuvre(50.0), noise=Noise(push=0.5)).parameters
+@pytest.mark.parametrize("push", [0.05, 0.15, 0.5])
+def test_pushes_that_last_widen_intervals_and_move_no_value_out_of_them(push):
+    found = result_of(Manoeuvre(50.0), noise=Noise(push=push)).parameters
     assert beside_the_truth(found) == []
     assert found["rotor_effectiveness"].told
+    assert found["linear_drag"].told == (push < 0.1)
+    assert found["linear_drag"].low < TRUTH.drag < found["linear_drag"].high
 
 
 @pytest.mark.parametrize("curve", [0.0, 0.8])
