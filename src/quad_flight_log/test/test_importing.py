@@ -212,6 +212,15 @@ def test_a_bad_map_is_refused_by_key(text, problem, csv, tmp_path):
         read_recording(csv[0], str(tmp_path / "bad.yaml"))
 
 
+@pytest.mark.parametrize("change", [lambda t: 0.0 * t, lambda t: -t], ids=["stands", "goes back"])
+def test_a_time_that_stands_or_goes_back_is_named(change, csv, tmp_path):
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.read_csv(csv[0])
+    frame.assign(t=change(frame["t"])).to_csv(tmp_path / "bad.csv", index=False)
+    with pytest.raises(FlightLogError, match="found 1 rows of finite numbers whose time goes on, expected two"):
+        read_recording(tmp_path / "bad.csv", str(csv[1]))
+
+
 def test_a_table_needs_a_map_and_parquet_is_read_as_csv(csv, tmp_path):
     with pytest.raises(FlightLogError, match="give --map"):
         read_recording(csv[0])

@@ -15,7 +15,7 @@ import numpy as np
 from quad_identify.fit import Fit, Report, fitted
 from quad_identify.model import AT, NAMES, Model
 from quad_identify.prediction import Errors, held_out
-from quad_identify.record import WINDOW, Flight, Floats, Grid, RecordError, checked, gridded, held
+from quad_identify.record import WINDOW, Flight, Floats, Grid, RecordError, checked, gridded
 from quad_identify.state_age import state_ages
 from quad_identify.verdict import UNITS, Parameter, evidence, given, judged, trimmed, unknown
 
@@ -103,10 +103,12 @@ def identify(
     if full_speed:
         curve = 1.0
         notes.append(f"speeds were logged: thrust is their square, command 1 is {full_speed:.0f} rad/s")
-    grids = [gridded(flight, full_speed or 1.0) for flight in moving]
+    of_flights = [gridded(flight, full_speed or 1.0) for flight in moving]
+    grids = [grid for each in of_flights for grid in each]
     errors: Errors = {}
     if judge:
-        fit_to, kept = (grids[:-1], grids[-1:]) if last_held_out and len(grids) > 1 else _split(grids)
+        pieces = len(of_flights[-1])
+        fit_to, kept = (grids[:-pieces], grids[-pieces:]) if last_held_out and len(moving) > 1 else _split(grids)
         report("fit to what is not held out")
         model = Model(fit_to, arms or (1.0, 1.0), curve, delay)
         seen = fitted(model, report=report)
@@ -128,9 +130,10 @@ def identify(
 def _split(grids: list[Grid]) -> tuple[list[Grid], list[Grid]]:
     """Return grids with the first windows of each, and with the last fifth."""
     cuts = [max(1, round(len(grid.windows) * (1.0 - KEPT_OUT))) for grid in grids]
+    pairs = list(zip(grids, cuts, strict=True))
     return (
-        [grid._replace(windows=grid.windows[:cut]) for grid, cut in zip(grids, cuts, strict=True)],
-        [grid._replace(windows=grid.windows[cut:]) for grid, cut in zip(grids, cuts, strict=True)],
+        [grid._replace(windows=grid.windows[:cut]) for grid, cut in pairs],
+        [grid._replace(windows=grid.windows[cut:]) for grid, cut in pairs if cut < len(grid.windows)],
     )
 
 
@@ -152,12 +155,11 @@ def _of_trim(flights: list[Flight], mass: float | None, notes: list[str]) -> Res
         parameters["mass"] = given("mass", mass)
     flown = []
     for flight in flights:
-        t = np.arange(flight.motors.t[0], flight.motors.t[-1], 0.01)
-        commands = held(flight.motors, t)
-        total = commands.sum(axis=1)
+        total, second = flight.motors.values.sum(axis=1), round(flight.motors.rate)
         level = np.flatnonzero(total > 0.7 * np.median(total[total > 0.3 * np.percentile(total, 95.0)]))
-        if len(level) < 300:
-            raise RecordError(f"{flight.name}: motors: found {len(level) / 100:.1f} s of flight, expected at least 3 s")
-        flown.append(commands[level[100:-100]])
+        if len(level) < 3 * second:
+            found = f"{len(level) / second:.1f} s of flight, expected at least 3 s"
+            raise RecordError(f"{flight.name}: motors: found {found}")
+        flown.append(flight.motors.values[level[second:-second]])
     parameters["rotor_effectiveness"] = trimmed(np.concatenate(flown).mean(axis=0))
     return Result(parameters, {}, notes, None, 0.0, 0.0)

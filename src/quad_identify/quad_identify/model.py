@@ -135,7 +135,7 @@ class Model:
         if grid.voltage is not None and self.mean_voltage:
             phi = phi * ((grid.voltage / self.mean_voltage) ** p[AT["thrust_battery"]])[:, None]
         elif p[AT["thrust_drift"]]:
-            phi = phi * np.exp(p[AT["thrust_drift"]] * (grid.t - grid.t[grid.windows].mean()))[:, None]
+            phi = phi * np.exp(p[AT["thrust_drift"]] * grid.t)[:, None]
         return phi
 
     def curve_of(self, p: Floats) -> tuple[float, float]:

@@ -17,7 +17,9 @@ FASTEST = 1000.0  # Hz of the grid
 BLOCK_RATE = 100.0  # Hz at which model and measurement are compared; both are means over the same spans
 WINDOW = 0.25  # s over which body rates are integrated without correction
 IN_FLIGHT = 0.5  # of the median command: below it the vehicle stands or falls
-MOST = 1_000_000  # samples of the grid: 17 minutes at 1 kHz; 905,000 took 0.8 GB
+GAP = 1.0  # s without force, rates or motors after which a new grid begins: its first second is left to the lag
+PIECE = 2.0  # s of the shortest grid
+MOST = 1_000_000  # samples of a flight's grids: 17 minutes at 1 kHz; 905,000 took 0.8 GB
 NEAR_GROUND = 1.5  # s after take-off and before landing that are left out
 SLOWEST = 20.0  # Hz of specific force, rates and motors below which nothing is tried
 
@@ -105,8 +107,9 @@ def checked(flight: Flight) -> tuple[Flight, list[str]]:
 
 
 class Grid(NamedTuple):
-    """A flight in windows of blocks. Fine: the grid of the motors; block: where model and measurement are compared.
+    """A piece of a flight in windows of blocks. Fine: grid of the motors; block: where model and log are compared.
 
+    ``t`` (n,): of the blocks, in s from the middle of the flight's windows.
     ``command`` (fine, 4); ``fine_step``, ``step`` s; ``per`` fine steps a block; ``windows`` (w, blocks): indices of
     blocks. Means over blocks: ``force``, ``rates`` (n, 3), ``velocity_b`` (n, 3) or None, ``voltage`` (n,) V or None;
     ``attitude`` (n, 4), ``velocity``, ``position`` (n, 3), or None, at the middle of the block. ``rates_hz``: logged.
@@ -129,34 +132,65 @@ class Grid(NamedTuple):
     rates_hz: dict[str, float]
 
 
-def gridded(flight: Flight, full_speed: float = 1.0) -> Grid:
-    """Return a checked flight on its grid; ``full_speed`` rad/s is counted as command 1 where speeds were logged."""
+def gridded(flight: Flight, full_speed: float = 1.0) -> list[Grid]:
+    """Return a checked flight on grids, one for each piece between gaps of more than GAP s.
+
+    ``full_speed`` rad/s is counted as command 1 where speeds were logged. Raises RecordError if too little is left.
+    """
     rates_hz = {name: getattr(flight, name).rate for name in COLUMNS if getattr(flight, name) is not None}
-    fine = min(FASTEST, rates_hz["specific_force"], rates_hz["body_rates"])
-    step = 1.0 / fine
-    assert flight.specific_force is not None
-    assert flight.body_rates is not None
-    needed = (flight.specific_force, flight.body_rates, flight.motors)
-    begin, end = max(each.t[0] for each in needed), min(each.t[-1] for each in needed)
-    per = max(1, round(fine / BLOCK_RATE))
-    count = int((end - begin) / step) // per * per
-    blocks = round(WINDOW / (per * step))
-    if count * step < 5.0:
-        raise RecordError(
-            f"{flight.name}: found {end - begin:.1f} s with force, rates and motors, expected 5 s or more"
-        )
+    step = 1.0 / min(FASTEST, rates_hz["specific_force"], rates_hz["body_rates"])
+    pieces = _pieces(flight)
+    count = sum(int((end - begin) / step) for begin, end in pieces)
     if count > MOST:
         expected = f"at most {MOST}: a damaged time, or a log to be cut"
-        raise RecordError(f"{flight.name}: found {count} samples in {end - begin:.4g} s, expected {expected}")
-    t = begin + step * np.arange(count)
+        raise RecordError(f"{flight.name}: found {count} samples, expected {expected}")
+    total = flight.motors.values.sum(axis=1) / full_speed
+    flying = IN_FLIGHT * float(np.median(total[total > 0.2 * total.max()]))
+    grids = [_grid(flight, piece, step, full_speed, flying, rates_hz) for piece in pieces]
+    grids = [grid for grid in grids if len(grid.windows)]
+    found = WINDOW * sum(len(grid.windows) for grid in grids)
+    if found < 4.0:
+        raise RecordError(f"{flight.name}: found {found:g} s of flight without a gap, expected at least 4")
+    middle = float(np.concatenate([grid.t[grid.windows].ravel() for grid in grids]).mean())
+    return [grid._replace(t=grid.t - middle) for grid in grids]
+
+
+def _pieces(flight: Flight) -> list[tuple[float, float]]:
+    """Return begin and end in s of each piece of PIECE s and more with force, rates and motors."""
+    needed = [each for each in (flight.specific_force, flight.body_rates, flight.motors) if each is not None]
+    gaps = [(each.t[at], each.t[at + 1]) for each in needed for at in np.flatnonzero(np.diff(each.t) > GAP)]
+    begin, end = max(each.t[0] for each in needed), min(each.t[-1] for each in needed)
+    pieces = []
+    for low, high in [*sorted(gaps), (end, end)]:
+        if min(low, end) - begin >= PIECE:
+            pieces.append((begin, min(low, end)))
+        begin = max(begin, high)
+    return pieces
+
+
+def _grid(
+    flight: Flight,
+    piece: tuple[float, float],
+    step: float,
+    full_speed: float,
+    flying: float,
+    rates_hz: dict[str, float],
+) -> Grid:
+    """Return the grid of one piece; below a sum of commands ``flying`` the vehicle stands or falls."""
+    assert flight.specific_force is not None
+    assert flight.body_rates is not None
+    per = max(1, round(1.0 / (step * BLOCK_RATE)))
+    count = int((piece[1] - piece[0]) / step) // per * per
+    t: Floats = piece[0] + step * np.arange(count, dtype=np.float64)
     middle = t.reshape(-1, per).mean(axis=1)
     command = held(flight.motors, t) / full_speed
+    needed = (flight.specific_force, flight.body_rates, flight.motors)
     good = np.logical_and.reduce([gap_free(each, t, step) for each in needed]).reshape(-1, per).all(axis=1)
-    total = command.sum(axis=1).reshape(-1, per).mean(axis=1)
+    good[-2:] = False  # slopes and increments reach so far
     second = round(1.0 / (per * step))
-    flying = smoothed(total, second) > IN_FLIGHT * np.median(total[total > 0.2 * total.max()])
+    low = smoothed(command.sum(axis=1).reshape(-1, per).mean(axis=1), second) <= flying
     edge = round(NEAR_GROUND * second)
-    good &= np.convolve(~flying, np.ones(2 * edge + 1), "same") == 0  # take-off and landing: ground effect, contact
+    good &= np.convolve(low, np.ones(2 * edge + 1), "same") == 0  # take-off and landing: ground effect, contact
     optional = {name: getattr(flight, name) for name in ("velocity", "position", "voltage")}
     found = {name: None if each is None else linear(each, middle) for name, each in optional.items()}
     attitude = None if flight.attitude is None else turned_to(flight.attitude, middle)
@@ -169,7 +203,7 @@ def gridded(flight: Flight, full_speed: float = 1.0) -> Grid:
         step,
         per * step,
         per,
-        _windows(good, blocks),
+        _windows(good, round(WINDOW / (per * step))),
         linear(flight.specific_force, t).reshape(-1, per, 3).mean(axis=1),
         linear(flight.body_rates, t).reshape(-1, per, 3).mean(axis=1),
         velocity_b,
@@ -192,9 +226,7 @@ def _windows(good: NDArray[np.bool_], blocks: int) -> NDArray[np.int64]:
         else:
             starts.append(at)
             at += blocks
-    if len(starts) * WINDOW < 4.0:
-        raise RecordError(f"found {len(starts) * WINDOW:g} s of flight without a gap, expected at least 4")
-    return np.array(starts)[:, None] + np.arange(blocks)
+    return np.array(starts, dtype=np.int64)[:, None] + np.arange(blocks)
 
 
 def held(samples: Samples, t: Floats) -> Floats:

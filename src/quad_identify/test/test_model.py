@@ -11,7 +11,7 @@ from quad_identify.record import checked, gridded
 
 @pytest.mark.parametrize(("lag", "delay"), [(0.03, 0.0), (0.03, 0.0104), (0.005, 0.0026), (1e-4, 0.012)])
 def test_a_step_of_command_comes_late_by_the_delay_and_rises_by_the_lag(lag, delay):
-    grid = gridded(checked(log_of(manoeuvre=Manoeuvre(duration=8.0)))[0])
+    (grid,) = gridded(checked(log_of(manoeuvre=Manoeuvre(duration=8.0)))[0])
     step = np.zeros_like(grid.command)
     step[4000:] = 1.0
     grid = grid._replace(command=step, per=1, step=grid.fine_step)

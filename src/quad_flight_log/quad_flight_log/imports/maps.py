@@ -142,7 +142,7 @@ def _check_entry(where: str, signal: str, entry: object) -> None:
 
 def mapped(tables: Tables, content: Mapping[str, Any], notes: list[str]) -> Recording:
     """Return what ``content``, a map, finds in ``tables``; raises FlightLogError if it finds no signal at all."""
-    signals, missing = {}, []
+    signals, missing, empty = {}, [], {}
     for name, entries in content["signals"].items():
         for entry in entries if isinstance(entries, list) else [entries]:
             table = tables.get(str(entry.get("table", "")))
@@ -151,8 +151,13 @@ def mapped(tables: Tables, content: Mapping[str, Any], notes: list[str]) -> Reco
                 if len(found.t) > 1:
                     signals[name] = found
                     break
+                empty[name] = f"{found.source}: found {len(found.t)} rows of finite numbers whose time goes on"
         else:
-            missing.append(name)
+            if name not in empty:
+                missing.append(name)
+    notes = [*notes, *(said for name, said in empty.items() if name not in signals)]
+    if not signals and empty:
+        raise FlightLogError(f"{next(iter(empty.values()))}, expected two and more")
     if not signals:
         names = ", ".join(sorted(tables)) if "" not in tables else ", ".join(sorted(tables[""]))
         raise FlightLogError(f"the map finds none of its columns; the log has {names[:500]}")
