@@ -10,7 +10,7 @@ from quad_identify.model import AT, BOUNDS, NAMES, Model, effectiveness
 from quad_identify.record import NEAR_GROUND, WINDOW, Floats, smoothed
 
 ROTATION_RATE = 225.0  # Hz of motors and gyro: 250 less what clocks are off
-TIMING_RATE = 225.0  # Hz below which the moment of a command is known to its period alone
+TIMING_RATE = 900.0  # Hz below which the moment of a command is known to its period alone: control may be at 1 kHz
 GRID = 0.12  # of a period: standard deviation of a timing by the grid alone
 SAG = 0.02  # of the thrust: standard deviation where a battery sags unseen
 CURVE_RATE = 90.0  # Hz below which commands between the logged ones make the curve wrong
@@ -18,6 +18,7 @@ HARDLY = 0.02  # standard deviation over mean of the thrust within SLOW s: less 
 SLOW = 2.0 * NEAR_GROUND  # s over which a thrust that changes is a battery that sags
 TURNS = 0.0175  # rad/s within a window (1 deg/s): an axis that turns less was not flown, whatever moved it
 WEAK = 0.85  # effectiveness below which a rotor is named
+PUSHED = 2.0  # standard deviation of a timing over lag and delay, per share of the motion that pushes made
 COUPLED = 0.12  # of lasting force errors: standard deviation of the share that goes with the velocity
 CENTRE = 0.05  # arms: how far the centre of gravity may be off where only the trim tells
 TORQUES = ("roll_torque_per_inertia", "pitch_torque_per_inertia", "yaw_torque_per_inertia")
@@ -182,6 +183,10 @@ def _curve(e: Evidence) -> dict[str, Parameter]:
 def _timing(e: Evidence) -> dict[str, Parameter]:
     period, against, out = 1.0 / e.motors_hz, "", {}
     rough = period / np.sqrt(12.0) if e.motors_hz < TIMING_RATE else GRID * period
+    told = e.fit.explained[3:] >= MOVES
+    if told.any():  # control answers a push late, as if the rotors were quicker
+        late = e.fit.p[AT["rotor_time_constant"]] + e.fit.p[AT["command_delay"]]
+        rough = float(np.hypot(rough, PUSHED * np.median(e.fit.pushed[told]) * late))
     if e.motors_hz < CURVE_RATE:
         against = f"timing needs motors at 100 Hz and more, found {e.motors_hz:.0f}"
     elif e.variation < HARDLY and e.fit.explained[3:5].max() < MOVES:

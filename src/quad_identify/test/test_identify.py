@@ -82,6 +82,13 @@ def beside_the_truth(found):
     return [name for name, one in told.items() if np.any(off[name] > np.subtract(one.high, one.low))]
 
 
+def test_motors_logged_more_rarely_than_they_are_commanded_widen_the_timing():
+    found = result_of(every=4, motors_every=4).parameters
+    for name, value in (("rotor_time_constant", TRUTH.lag), ("command_delay", TRUTH.delay)):
+        assert found[name].told
+        assert found[name].low < value < found[name].high
+
+
 @pytest.mark.parametrize("push", [0.05, 0.15, 0.5])
 def test_pushes_that_last_widen_intervals_and_move_no_value_out_of_them(push):
     found = result_of(Manoeuvre(50.0), noise=Noise(push=push)).parameters
