@@ -5,7 +5,7 @@ import os
 import signal
 import sys
 import time
-from typing import NoReturn
+from typing import Any, NoReturn
 
 BAD_USAGE = 2  # exit code
 
@@ -14,7 +14,11 @@ ONE_REQUEST = 0.5
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser that refuses in one line, with exit code 2."""
+    """An argument parser that refuses in one line, with exit code 2, and takes no option by its beginning."""
+
+    def __init__(self, **options: Any) -> None:
+        """Make it of the options of ``ArgumentParser``."""
+        super().__init__(**{"allow_abbrev": False, **options})
 
     def error(self, message: str) -> NoReturn:
         """Say what is wrong and leave."""

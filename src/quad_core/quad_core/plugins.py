@@ -112,7 +112,9 @@ def named(group: str, name: str) -> Any:
     """
     points = [point for point in installed().select(group=group) if point.name == name]
     if not points:
-        raise PluginError(f"{group}: no plug-in named {name!r}; installed: {', '.join(names(group)) or 'none'}")
+        others = [other for other in (POSITION_LAW, ATTITUDE_LAW, *OTHERS) if name in names(other)]
+        hint = f"; {name!r} is a {' and '.join(others)}" if others else ""
+        raise PluginError(f"{group}: no plug-in named {name!r}; installed: {', '.join(names(group)) or 'none'}{hint}")
     values = sorted({point.value for point in points})
     if len(values) > 1:
         raise PluginError(f"{group}: {name!r} is the name of several plug-ins: {', '.join(values)}; rename one")

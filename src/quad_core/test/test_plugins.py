@@ -51,6 +51,8 @@ def test_an_unknown_name_and_an_empty_group_are_said(register):
         plugins.load(plugins.PLANT, "kite")
     with pytest.raises(plugins.PluginError, match=r"quad\.trajectory: no plug-in named 'kite'; installed: none"):
         plugins.load(plugins.TRAJECTORY, "kite")
+    with pytest.raises(plugins.PluginError, match=r"installed: none; 'balloon' is a quad\.plant"):
+        plugins.load(plugins.TRAJECTORY, "balloon")
 
 
 def test_a_module_that_cannot_be_imported_is_said_with_its_name(register, monkeypatch):

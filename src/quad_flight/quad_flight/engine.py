@@ -81,7 +81,7 @@ def _compiled_engine(modules: Modules) -> Engine:
         directory = cache_root() / source_hash(modules)
         if not directory.exists():
             names = ", ".join(names_of(modules))
-            sys.stderr.write(f"compiling the flight, once for its laws and plant, some 30 s: {names}\n")
+            sys.stderr.write(f"compiling the flight, once for its laws and plant, one or two minutes: {names}\n")
         return Engine(functions, *(_cached(function, directory) for function in loops))
     except (OSError, RuntimeError) as error:
         if isinstance(error, OSError) and error.errno is None:  # a folder that others may change

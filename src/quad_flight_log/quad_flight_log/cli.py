@@ -75,14 +75,14 @@ def _metrics(options: argparse.Namespace) -> int:
     --state and --reference compare the positions of any two topics instead: Odometry, a pose, a point or a state.
 
     log metrics flights/a flights/b
-    log metrics flights/a flights/b --latex > table.tex
+    log metrics flights/a flights/b --names proposed,pid --latex > table.tex
     log metrics flights/real-1 --state /vicon/pose --reference /set_point
     """
     if bool(options.state) != bool(options.reference):
         raise FlightLogError("log metrics: --state and --reference: found one of them, expected both")
     flights = _opened(options)
     of = partial(measured_between, state=options.state, reference=options.reference) if options.state else measured
-    names, values = [each.name for each in flights], list(map(of, flights))
+    names, values = _names(options, flights), list(map(of, flights))
     faults = [failed_checks(flight, RECORD) for flight in flights]
     notes = [
         "; ".join(filter(None, [*found, truth_note(flight)])) for found, flight in zip(faults, flights, strict=True)
@@ -425,7 +425,7 @@ FLAGS: dict[str, dict[str, Any]] = {
 }
 COMMANDS: dict[str, tuple[Callable[[argparse.Namespace], int], int | str, tuple[str, ...]]] = {
     "info": (_info, "+", ()),
-    "metrics": (_metrics, "+", ("--json", "--csv", "--latex", "--state", "--reference")),
+    "metrics": (_metrics, "+", ("--json", "--csv", "--latex", "--names", "--state", "--reference")),
     "check": (_check, "+", ("--limits",)),
     "hash": (_hash, "+", ("--topics",)),
     "export": (_export, 1, ("--topic", "--parquet", "--one-table", "--out")),

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from scipy.spatial.transform import Rotation
 
 from quad_flight_log.bag.reader import open_flight
@@ -95,6 +96,22 @@ def test_an_imported_bag_holds_each_sample_and_the_commands_of_log_take_it(csv, 
     for command in ("metrics", "check", "report"):  # with what they have, and never green: no flight of ours
         assert main([command, str(bag)]) == 1, capsys.readouterr().err
     assert "position_rmse" in capsys.readouterr().out
+
+
+def test_a_log_of_poses_alone_has_a_state_whose_velocity_and_rates_are_their_change(csv, tmp_path, capsys):
+    path, chart, truth = csv
+    content = yaml.safe_load(chart.read_text(encoding="utf-8"))
+    content["signals"] = {name: content["signals"][name] for name in ("position", "attitude")}
+    chart.write_text(yaml.safe_dump(content), encoding="utf-8")
+    bag = tmp_path / "bag"
+    assert main(["import", str(path), "--map", str(chart), "--out", str(bag)]) == 0
+    assert (
+        "state: velocity is the change of position and body_rates is the change of attitude" in capsys.readouterr().out
+    )
+    state, inside = open_flight(bag).array("state"), slice(20, -20)
+    for name, expected in (("v_w", truth["velocity"]), ("omega_b", truth["body_rates"])):
+        off = np.linalg.norm(state[name] - expected, axis=1)[inside]
+        assert off.max() < 0.05 * np.linalg.norm(expected, axis=1).max(), name
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,9 @@ def test_every_verb_explains_itself_with_examples(verb, capsys):
     assert f"  log {verb} " in shown
 
 
-@pytest.mark.parametrize("arguments", [["fly"], ["info"], ["metrics", "--yaml", "x"], []])
+@pytest.mark.parametrize(
+    "arguments", [["fly"], ["info"], ["metrics", "--yaml", "x"], ["metrics", "a", "--name", "b"], []]
+)
 def test_bad_usage_ends_with_two_and_one_line(arguments, capsys):
     with pytest.raises(SystemExit) as ended:
         cli.main(arguments)
@@ -93,10 +95,10 @@ def test_metrics_as_csv_keep_every_digit_and_as_latex_name_units_and_the_least(f
     one, two = (
         drawn_flights.bag(tmp_path / f"{name}_1", steps=260, scale=scale) for name, scale in (("a", 1), ("b", 2))
     )
-    table = run(capsys, "metrics", one, two, "--latex")[1].splitlines()
+    table = run(capsys, "metrics", one, two, "--names", "a_1,pid", "--latex")[1].splitlines()
     assert table[0] == r"\begin{tabular}{lrrl}"
-    assert r"metric & a\_1 & b\_1 & unit \\" in table
-    assert r"position\_rmse & $\mathbf{0.3742}$ & $0.7483$ & $\mathrm{m}$ \\" in table
+    assert r"metric & a\_1 & pid & unit \\" in table
+    assert r"position rmse & $\mathbf{0.3742}$ & $0.7483$ & $\mathrm{m}$ \\" in table
 
 
 def test_check_ends_with_one_if_a_limit_is_not_kept(flown_bag, capsys, tmp_path):

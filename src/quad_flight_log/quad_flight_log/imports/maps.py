@@ -69,6 +69,8 @@ SHIPPED = ("px4", "mavlink", "crazyflie", "nanobench", "idsia", "ros", "bag")
 DEFAULT = {"ulog": "px4", "tlog": "mavlink", "usd": "crazyflie", "bag": "ros"}
 _KEYS = {"table", "columns", "unit", "frame", "order", "signs", "time", "euler", "derivative"}
 _SPANS = {1: 0.05, 2: 0.1}  # s to both sides of a derivative
+MOVES = {"position": "velocity", "attitude": "body_rates"}
+"""{what a log must have for a state: what is made of its change where the log lacks it}."""
 _FASTEST = 15.0  # m/s; what goes faster is a step, which has no derivative
 _FROM_NED = np.array([0.5**0.5, 0.5**0.5, 0.0, 0.0])  # x y z w: turns north-east-down into east-north-up
 _FROM_FRD = np.array([1.0, 0.0, 0.0, 0.0])
@@ -163,6 +165,9 @@ def mapped(tables: Tables, content: Mapping[str, Any], notes: list[str]) -> Reco
         raise FlightLogError(f"the map finds none of its columns; the log has {names[:500]}")
     if missing:
         notes = [*notes, f"not in the log: {', '.join(missing)}"]
+    if signals.keys() >= MOVES.keys():
+        changes = [f"{name} is the change of {of}" for of, name in MOVES.items() if name not in signals]
+        notes += [f"state: {' and '.join(changes)}"] * bool(changes)
     for name, found in signals.items():
         if (span := float(found.t[-1] - found.t[0])) > LONGEST:
             expected = f"at most {LONGEST:g} s: a damaged time, or its unit"
@@ -197,11 +202,11 @@ def _signal(name: str, table: Table, entry: Mapping[str, Any], content: Mapping[
     good[1:] &= t[1:] > np.maximum.accumulate(np.where(good, t, -np.inf))[:-1]
     source, t, values = f"{entry.get('table', '')} {', '.join(entry['columns'])}".strip(), t[good], values[good]
     if order := entry.get("derivative"):
-        values, source = _derivative(t, values, order), f"derivative {order} of {source}"
+        values, source = derivative(t, values, order), f"derivative {order} of {source}"
     return Signal(t, values, source)
 
 
-def _derivative(t: Floats, values: Floats, order: int) -> Floats:
+def derivative(t: Floats, values: Floats, order: int) -> Floats:
     """Return the derivative of ``values`` at ``t`` by differences over _SPANS; 0 next to a step, a gap and the ends."""
     steps = np.diff(t, prepend=t[:1])
     span = max(_SPANS[order], 1.01 * float(np.median(steps)))
@@ -212,6 +217,18 @@ def _derivative(t: Floats, values: Floats, order: int) -> Floats:
     low, high = (np.interp(t + s * span, t, breaks) for s in (-1.0, 1.0))
     found = (after - before) / (2.0 * span) if order == 1 else (after - 2.0 * values + before) / span**2
     return np.where((whole & (low == high))[:, None], found, 0.0)
+
+
+def turning(t: Floats, attitude: Floats) -> Floats:
+    """Return body rates in rad/s as attitudes (quaternions xyzw) change, by differences over _SPANS; 0 at the ends."""
+    from scipy.spatial.transform import Rotation
+
+    span = max(_SPANS[1], float(np.median(np.diff(t))))
+    first, last = (np.searchsorted(t, t + side * span).clip(0, len(t) - 1) for side in (-1.0, 1.0))
+    turned = (Rotation.from_quat(attitude[first]).inv() * Rotation.from_quat(attitude[last])).as_rotvec()
+    elapsed = t[last] - t[first]
+    is_whole = (t - span >= t[0]) & (t + span <= t[-1]) & (elapsed < 4.0 * span)
+    return np.where(is_whole[:, None], turned / np.maximum(elapsed, span)[:, None], 0.0)
 
 
 def _attitude(values: Floats, entry: Mapping[str, Any]) -> Floats:

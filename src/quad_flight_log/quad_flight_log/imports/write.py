@@ -7,7 +7,7 @@
 | attitude, attitude_target, position, velocity | QuaternionStamped, PointStamped, Vector3Stamped | as logged |
 | thrust_target | geometry_msgs/Vector3Stamped | asked for, share of the largest thrust along body axes |
 | battery_state | sensor_msgs/BatteryState | voltage |
-| state | quad_msgs/VehicleState | at the times of the attitude, the rest between its samples |
+| state | quad_msgs/VehicleState | at the times of the attitude, the rest between its samples, or their change |
 | reference | quad_msgs/TrajectoryPoint | where the log has set points |
 """
 
@@ -25,7 +25,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from quad_core.types import VehicleState
 from quad_flight_log.bag.writer import BagWriter, Definition
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.imports.maps import Recording, Signal
+from quad_flight_log.imports.maps import MOVES, Recording, Signal, derivative, turning
 
 Floats = NDArray[np.float64]
 _ACTUATORS = "std_msgs/Header header\nfloat64[] position\nfloat64[] velocity\nfloat64[] normalized\n"
@@ -160,11 +160,14 @@ def _between(signal: Signal, t: Floats) -> Floats:
 
 
 def _states(recording: Recording) -> list[tuple[int, str, Any]]:
-    signals = recording.signals
-    if not {"attitude", "position", "velocity", "body_rates"} <= signals.keys():
+    if not recording.signals.keys() >= MOVES.keys():
         return []
-    attitude = signals["attitude"]
-    others = [signals[name] for name in ("position", "velocity", "body_rates")]
+    attitude, position = (recording.signals[name] for name in ("attitude", "position"))
+    made = {
+        "velocity": position._replace(values=derivative(position.t, position.values, 1)),
+        "body_rates": attitude._replace(values=turning(attitude.t, attitude.values)),
+    }
+    others = [position, *(recording.signals.get(name, found) for name, found in made.items())]
     inside = (attitude.t >= max(each.t[0] for each in others)) & (attitude.t <= min(each.t[-1] for each in others))
     t = attitude.t[inside]
     p, v, w = (_between(each, t) for each in others)

@@ -67,7 +67,7 @@ def latex_table(names: Sequence[str], metrics: Sequence[FlightMetrics]) -> str:
         cells = ["--" if value is None else _in_latex(value, bold=value == least) for value in values]
         unit = rf"$\mathrm{{{about.unit.replace(' ', '~')}}}$" if about.unit else ""
         if known:
-            lines.append(" & ".join([_latex(name), *cells, unit]) + r" \\")
+            lines.append(" & ".join([name.replace("_", " "), *cells, unit]) + r" \\")
     return "\n".join([*lines, r"\hline", r"\end{tabular}"])
 
 
