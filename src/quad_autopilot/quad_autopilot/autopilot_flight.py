@@ -486,7 +486,6 @@ def _commander_of(leader: FlightLeader) -> CommandLink:
     if leader.node.lockstep:
         raise ParameterError("flight.mode: found lockstep, expected realtime: an autopilot's clock cannot be halted")
     if leader.link is None:
-        raise ParameterError(
-            "flight.roles: found no commander, expected one: scripts/fly --mission takeoff:2,case2,hold:5,land"
-        )
+        example = "scripts/fly --mission takeoff:2,case2,hold:5,land"
+        raise ParameterError(f"flight.roles: found no commander, expected one: {example}")
     return leader.link

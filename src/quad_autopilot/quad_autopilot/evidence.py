@@ -136,7 +136,6 @@ class Evidence:
     """What is known in a phase: each question is a condition of ``RULES``."""
 
     def __init__(self, profile: Profile, limits: ArmingParameters, memory: Memory, inputs: Inputs) -> None:
-        """Look at ``inputs`` after what is in ``memory``."""
         self.profile, self.limits, self.memory, self.inputs = profile, limits, memory, inputs
         self.said = inputs.autopilot or Autopilot("no mode yet", Control.OTHER, False)
         self.intent, self.control, self.elapsed = inputs.intent, self.said.control, inputs.now - memory.since

@@ -125,8 +125,7 @@ def _check_namespace(name: str) -> None:
 
 
 def _parser() -> argparse.ArgumentParser:
-    formatter = argparse.RawDescriptionHelpFormatter
-    parser = Parser(prog="fly", description=__doc__, epilog=_EXAMPLES, formatter_class=formatter)
+    parser = Parser(prog="fly", description=__doc__, epilog=_EXAMPLES)
     kinds = (set_up.CONTROLLERS, set_up.VEHICLES, set_up.SCENARIOS)
     gains, vehicles, scenarios = (", ".join(set_up.shipped_names(kind)) for kind in kinds)
     cases = sorted({*set_up.shipped_names(set_up.SCENARIOS), *plugins.names(plugins.TRAJECTORY)})
@@ -222,9 +221,7 @@ def _own(options: argparse.Namespace) -> dict[str, list[str]]:
             what = "a file that is not executable" if Path(program).is_file() else "neither on PATH nor a file"
             raise ParameterError(f"--own: {role}: found {program!r}, {what}, expected a program")
     if found and options.one_process:
-        raise ParameterError(
-            "--own: found --one-process too; a node of your own is a process of its own: leave out --one-process"
-        )
+        raise ParameterError("--own: found --one-process too, expected one of them: a node of your own is a process")
     return found
 
 

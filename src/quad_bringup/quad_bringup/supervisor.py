@@ -74,7 +74,6 @@ class Interrupts:
     """
 
     def __init__(self) -> None:
-        """Begin without one, before the flight."""
         self.flying = False
         self.names: list[str] = []
         self._since = 0.0

@@ -149,9 +149,8 @@ def check_domain(domain: int, namespace: str) -> None:
             f"{node} publishes {names[0]}" + (f" and {len(names) - 1} more" if len(names) > 1 else "")
             for node, names in sorted(others.items())
         )
-        raise ParameterError(
-            f"--domain: domain {domain} is not empty: {listed}. End them, or choose another --domain or --namespace"
-        )
+        found = f"--domain: domain {domain} is not empty: {listed}"
+        raise ParameterError(f"{found}. End them, or choose another --domain or --namespace")
 
 
 def publishers(domain: int, namespace: str, patience: float = DISCOVERY) -> dict[str, list[str]]:

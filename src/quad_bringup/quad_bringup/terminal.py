@@ -54,7 +54,6 @@ class Progress:
     """Shows the newest state of one flight."""
 
     def __init__(self, name: str, out: TextIO) -> None:
-        """Show the flight ``name`` on ``out``."""
         self._name, self._out = name, out
         self._live = out.isatty()
         self._next = self._told = 0.0

@@ -31,9 +31,8 @@ def commands(options: argparse.Namespace) -> dict[str, list[str]]:
     if not options.realtime:
         raise ParameterError("--vehicle-interface: found lockstep, expected --realtime: its clock cannot be halted")
     if interface.autopilot_lands and options.mission is None:
-        raise ParameterError(
-            f"--vehicle-interface: {name}: found no mission, expected one: --mission takeoff:2,case2,hold:5,land"
-        )
+        example = "--mission takeoff:2,case2,hold:5,land"
+        raise ParameterError(f"--vehicle-interface: {name}: found no mission, expected one: {example}")
     if any(given.startswith(f"{SIMULATOR}=") for given in options.own):
         raise ParameterError("--vehicle-interface: found --own simulator as well, expected one of them")
     command = [str(executable(INTERFACES[name])), "--ros-args", "--params-file", str(Path(file).resolve())]

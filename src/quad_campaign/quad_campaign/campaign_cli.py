@@ -65,8 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    formatter = argparse.RawDescriptionHelpFormatter
-    parser = Parser(prog="campaign", description=__doc__, epilog=_EXAMPLES, formatter_class=formatter)
+    parser = Parser(prog="campaign", description=__doc__, epilog=_EXAMPLES)
     parser.add_argument("file", metavar="FILE", help=f"{', '.join(shipped())}, or the path of a YAML file")
     parser.add_argument("--flights", type=_at_least(1), default=1000, metavar="N", help="how many (default: 1000)")
     parser.add_argument("--out", type=Path, metavar="DIR", help="directory of the results, or of the bag of --refly")

@@ -3,7 +3,6 @@
 Prints the answer with its reason. Exit codes: 0 done, 1 refused, 2 no answer or bad usage.
 """
 
-import argparse
 import math
 import re
 import secrets
@@ -82,7 +81,7 @@ def _is_ours(mode: FlightMode, before: int) -> bool:
 def main(arguments: Sequence[str] | None = None) -> None:
     """Ask what the command line says."""
     open_streams()
-    parser = Parser(prog="command", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser(prog="command", description=__doc__)
     parser.add_argument("request", choices=list(WORDS), metavar="REQUEST", help=", ".join(WORDS))
     where = "of goto: x y z in m, world frame; yaw in rad or as 90deg, without it the heading stays"
     parser.add_argument("place", nargs="*", metavar="PLACE", help=where)

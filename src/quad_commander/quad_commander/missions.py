@@ -104,9 +104,8 @@ def _number(word: str, text: str, largest: float, meaning: str) -> float:
     except ValueError:
         value = -1.0
     if not 0.0 < value <= largest:
-        raise ParameterError(
-            f"mission: found {word!r}, expected {meaning} above 0 and at most {largest:g} after the colon"
-        )
+        expected = f"expected {meaning} above 0 and at most {largest:g} after the colon"
+        raise ParameterError(f"mission: found {word!r}, {expected}")
     return value
 
 

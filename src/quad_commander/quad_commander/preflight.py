@@ -29,7 +29,6 @@ class Preflight:
     """Counts since ``begin``, and what the other nodes said last."""
 
     def __init__(self, flight: FlightParameters, settings: CommanderParameters) -> None:
-        """Start with nothing received."""
         self._flight, self._settings, self._limits = flight, settings, settings.arming
         self._periods: dict[str, int] = {}  # by role, in plant steps
         self._others: set[tuple[str, str]] = set()  # name and run id of nodes of other runs, which may have equal names

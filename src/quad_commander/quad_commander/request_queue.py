@@ -40,7 +40,6 @@ class RequestQueue:
     """
 
     def __init__(self) -> None:
-        """Start empty."""
         self._waiting: dict[str, PendingRequest] = {}
         self._granted: dict[tuple[str, Request], float] = {}  # s since it was asked for last
 

@@ -17,8 +17,8 @@ class Parser(argparse.ArgumentParser):
     """An argument parser that refuses in one line, with exit code 2, and takes no option by its beginning."""
 
     def __init__(self, **options: Any) -> None:
-        """Make it of the options of ``ArgumentParser``."""
-        super().__init__(**{"allow_abbrev": False, **options})
+        usual = {"allow_abbrev": False, "formatter_class": argparse.RawDescriptionHelpFormatter}
+        super().__init__(**{**usual, **options})
 
     def error(self, message: str) -> NoReturn:
         """Say what is wrong and leave."""

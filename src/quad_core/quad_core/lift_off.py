@@ -217,7 +217,6 @@ class Standing:
     """The states of the last WINDOW s: whether an estimate rests while its vehicle stands on the ground."""
 
     def __init__(self) -> None:
-        """Start with none."""
         self._seen: deque[tuple[float, VehicleState]] = deque()
 
     def note(self, time: float, state: VehicleState) -> None:

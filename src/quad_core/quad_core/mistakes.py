@@ -137,7 +137,6 @@ class Witness:
     """The wrench, asked whether pose or twist is wrong."""
 
     def __init__(self) -> None:
-        """Begin without a claim."""
         self._claims: deque[Claim] = deque()
         self._nearer = self._apart = 0.0
 

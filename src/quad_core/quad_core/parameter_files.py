@@ -111,9 +111,7 @@ def load_yaml(text: str, loader: Any = SafeLoader) -> Any:
     except (yaml.YAMLError, ValueError, TypeError, OverflowError, AttributeError, KeyError) as error:
         mark = getattr(error, "problem_mark", None)
         if mark is not None and "\t" in "".join(text.split("\n")[mark.line : mark.line + 1])[: mark.column + 1]:
-            raise ValueError(
-                f"line {mark.line + 1}: found a tab, expected blanks: YAML is indented by blanks"
-            ) from error
+            raise ValueError(f"line {mark.line + 1}: found a tab, expected blanks, as YAML demands") from error
         # the constructors of dates, numbers, keys and merges raise whatever Python does
         raise ValueError(" ".join(str(error).split())[:300]) from error
 

@@ -100,9 +100,8 @@ def check_agreement(resolved: Mapping[str, Resolved]) -> None:
             expected, found = flatten(mine), flatten(theirs)
             for name, value in found.items():
                 if value != expected[name]:
-                    raise ParameterError(
-                        f"{role}: {prefix}.{name}: found {value!r}, expected {expected[name]!r} as the simulator has it"
-                    )
+                    same = f"expected {expected[name]!r} as the simulator has it"
+                    raise ParameterError(f"{role}: {prefix}.{name}: found {value!r}, {same}")
 
 
 def _take(values: dict[str, Value], prefix: str) -> dict[str, Value]:
@@ -114,9 +113,8 @@ def _preset(module: ModuleType, law: str, preset: str) -> Mapping[str, Value]:
     if preset == "tuned" and preset not in offered:
         return {}
     if preset not in offered:
-        raise ParameterError(
-            f"preset: found {preset!r}, expected one that {law} offers: {', '.join(sorted({'tuned', *offered}))}"
-        )
+        known = ", ".join(sorted({"tuned", *offered}))
+        raise ParameterError(f"preset: found {preset!r}, expected one that {law} offers: {known}")
     return offered[preset]
 
 

@@ -48,9 +48,7 @@ def init(parameters: PlantParameters, vehicle: Vehicle) -> State:
     if parameters.ground.enabled:
         raise ValueError("ground.enabled: found true, expected false: plant paper has no ground")
     if parameters.lag_error != 0.0:
-        raise ValueError(
-            f"lag_error: found {parameters.lag_error:g} s, expected 0: the rotors of plant paper are ideal"
-        )
+        raise ValueError(f"lag_error: found {parameters.lag_error:g} s, expected 0: plant paper has ideal rotors")
     start = parameters.initial
     angles = Vec3(start.angles.phi, start.angles.theta, start.angles.psi)
     rates = euler_rates(angles, Vec3(start.omega.x, start.omega.y, start.omega.z))

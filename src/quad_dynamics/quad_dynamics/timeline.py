@@ -103,7 +103,6 @@ class EventError(ParameterError):
     """A line is no event; ``text`` is that line, by which a reader of files finds its place."""
 
     def __init__(self, line: str, problem: object) -> None:
-        """Take the line and what is wrong with it."""
         super().__init__(f"events: {line!r}: {problem}")
         self.text = line
 

@@ -39,9 +39,7 @@ def check_true_body(parameters: PlantParameters, vehicle: Vehicle) -> None:
     if not body.mass >= SMALLEST_MASS:
         raise ValueError("mass_error: found vehicle.mass + mass_error below 0.001 kg, expected at least that")
     if not body.drag_coefficient >= 0.0:
-        raise ValueError(
-            "drag_error: found vehicle.drag_coefficient + drag_error below 0 N s/m, expected at least that"
-        )
+        raise ValueError("drag_error: found vehicle.drag_coefficient + drag_error below 0, expected at least that")
     if not rotor_lag(parameters, vehicle) >= 0.0:
         raise ValueError("lag_error: found vehicle.rotor_time_constant + lag_error below 0 s, expected at least that")
     if not body.inertia_xx >= SMALLEST_INERTIA:

@@ -446,17 +446,12 @@ It returns the exit code, and raises FlightLogError for what makes exit code 2.
 
 
 def _parser() -> argparse.ArgumentParser:
-    formatter = argparse.RawDescriptionHelpFormatter
-    parser = Parser(prog="log", description=__doc__, epilog=_EXAMPLES, formatter_class=formatter)
+    parser = Parser(prog="log", description=__doc__, epilog=_EXAMPLES)
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for name, (run, bags, flags) in COMMANDS.items():
         about, _, examples = inspect.cleandoc(run.__doc__ or "").rpartition("\n\n")
         own = commands.add_parser(
-            name,
-            help=about.splitlines()[0],
-            description=about,
-            epilog="examples:\n" + textwrap.indent(examples, "  "),
-            formatter_class=formatter,
+            name, help=about.splitlines()[0], description=about, epilog="examples:\n" + textwrap.indent(examples, "  ")
         )
         if bags:
             own.add_argument("bags", nargs=bags, metavar="BAG", type=Path, help="bag directory or one of its files")

@@ -1,6 +1,8 @@
 """Everything that can be wrong with a flight log, rooted in one error."""
 
 import re
+from importlib import import_module
+from typing import Any
 
 _UNPRINTABLE = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 
@@ -17,6 +19,15 @@ def one_line(error: Exception, longest: int = 200) -> str:
 
 class FlightLogError(Exception):
     """Something is wrong with a flight log; the text names the file, what was found and what was expected."""
+
+
+def needed(module: str, what: str) -> Any:
+    """Return an optional module; raises FlightLogError that says ``what`` needs it."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        hint = "pip install -r requirements/extras.txt"
+        raise FlightLogError(f"{what} needs {module.partition('.')[0]}: {hint}") from error
 
 
 class CorruptError(FlightLogError):

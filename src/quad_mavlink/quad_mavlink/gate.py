@@ -31,7 +31,6 @@ class Gate:
     """Seconds; a stamp farther from our clock is late, or of another clock."""
 
     def __init__(self, parameters: GateParameters) -> None:
-        """Await no answers yet."""
         self._parameters = parameters
         self._periods: dict[str, int] = {}
         self._due: dict[str, int] = {}

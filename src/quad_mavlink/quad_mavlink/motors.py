@@ -97,7 +97,6 @@ class Exchange:
     """Sends what the sensors read, and takes the answer to it; one to an earlier reading is passed over."""
 
     def __init__(self, mavlink: ModuleType, server: Server, suite: Suite) -> None:
-        """Speak through ``server``."""
         self._mavlink, self.server, self.suite = mavlink, server, suite
         self._due = 0.0
 

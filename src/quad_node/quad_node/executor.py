@@ -123,7 +123,6 @@ class Starter:
     """The process that started the flight and looks after it, if one did."""
 
     def __init__(self) -> None:
-        """Note who it is."""
         named = os.environ.get(STARTER, "")
         self.pid, self._parent = int(named) if named.isdecimal() else 0, os.getppid()
 

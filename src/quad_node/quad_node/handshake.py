@@ -55,7 +55,6 @@ class Handshake:
     """Collects the status of every expected role: ``known`` has the last one of each that was received."""
 
     def __init__(self, flight: FlightParameters, interface_hash: str, expected: list[str]) -> None:
-        """Expect ``expected`` roles that fit ``flight`` and ``interface_hash``."""
         self._flight, self._hash, self._expected = flight, interface_hash, expected
         self._run = run_number(flight.run_id)
         self.known: dict[str, NodeStatus] = {}

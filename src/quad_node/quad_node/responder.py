@@ -161,7 +161,6 @@ class Responder:
     """
 
     def __init__(self, node: FlightNode, step: Step) -> None:
-        """Subscribe to ``state`` for ``node``."""
         self.node, self._step = node, step
         self._lockstep, self._period, self._every = node.lockstep, node.flight.plant_period, node.period_steps
         self._pending: deque[Stamped] = deque()

@@ -71,7 +71,6 @@ class Relay:
     """
 
     def __init__(self, px4: ModuleType, namespace: str) -> None:
-        """Join the ROS domain and begin to pass on."""
         self.cut = False
         self.status: Any = None
         self._frozen, self._newest, self._heard = b"", (0, 0), 0.0
@@ -291,9 +290,7 @@ def _is_bad(row: Row) -> bool:
 
 def _parser() -> Parser:
     about, _, examples = (__doc__ or "").partition("\n\n")
-    parser = Parser(
-        prog="check_link", description=about, epilog=examples, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = Parser(prog="check_link", description=about, epilog=examples)
     parser.add_argument("airframe", type=Path, metavar="FILE", help="the bridge's own file, as for --vehicle-interface")
     parser.add_argument("--vehicle", default="px4_sih", metavar="NAME|FILE", help="as for fly (default: px4_sih)")
     parser.add_argument("--preset", default="x500", metavar="NAME|FILE", help="as for fly (default: x500)")

@@ -185,9 +185,8 @@ def refly(flight: Flight, values: dict[str, Value]) -> Refly:
             plant, left_out = rigid_body.init(parameters, vehicle), left_out + 1
         at += count
     if not errors:
-        raise FlightLogError(
-            f"{flight.path}: found no second without a gap in which the motors carry {IDLE:g} of the weight"
-        )
+        expected = f"expected a second without a gap in which motors carry {IDLE:g} of the weight"
+        raise FlightLogError(f"{flight.path}: found none, {expected}")
     rms, rms_held = (np.sqrt(np.mean(np.square(part), axis=0)) for part in (errors, held))
     times = np.linspace(usual, count * usual, count)
     return Refly(times, rms, rms_held, len(errors), left_out)

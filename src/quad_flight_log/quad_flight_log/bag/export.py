@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from quad_flight_log.bag.messages import flat_columns
 from quad_flight_log.bag.reader import Flight
-from quad_flight_log.errors import FlightLogError, SchemaError
+from quad_flight_log.errors import FlightLogError, SchemaError, needed
 
 _LONGEST_NAME = 200
 
@@ -75,11 +75,7 @@ def _write(columns: Columns, path: Path, *, parquet: bool) -> Path:
 
 
 def _write_parquet(columns: Columns, path: Path) -> None:
-    try:
-        import pyarrow as pa
-        from pyarrow import parquet
-    except ImportError as error:
-        raise FlightLogError("Parquet needs pyarrow: pip install -r requirements/extras.txt") from error
+    pa, parquet = needed("pyarrow", "Parquet"), needed("pyarrow.parquet", "Parquet")
     with path.open("xb") as stream:
         parquet.write_table(pa.table({name: pa.array(_cells(values)) for name, values in columns.items()}), stream)
 

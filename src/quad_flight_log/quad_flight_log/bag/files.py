@@ -279,7 +279,5 @@ def _listed(directory: Path) -> list[str]:
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return []
     if kind not in ("", "zstd"):
-        raise FlightLogError(
-            f"{directory}: compressed with {kind!r} ({mode}), expected zstd or none: convert it with `ros2 bag convert`"
-        )
+        raise FlightLogError(f"{directory}: found {kind!r} ({mode}), expected zstd or none: use `ros2 bag convert`")
     return names

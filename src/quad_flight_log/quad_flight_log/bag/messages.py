@@ -44,7 +44,6 @@ class MessageType:
     """One type of message and what it is made of. ``fields``: its own field names in order."""
 
     def __init__(self, name: str, store: Typestore) -> None:
-        """Take the type ``name`` from ``store``."""
         self.name, self._store = name, store
         self.fields = tuple(field for field, _ in store.fielddefs[name][1])
 

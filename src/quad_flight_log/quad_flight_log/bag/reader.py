@@ -98,9 +98,8 @@ class Flight:
             raise FlightLogError(f"{self.path}: topic {topic!r} of several vehicles: name a namespace: {names}")
         have = ", ".join(self.topics) or "no topics"
         option = "; --namespace names another" if any(name.endswith(f"/{relative}") for name in self.topics) else ""
-        raise TopicError(
-            f"{self.path}: no topic {topic!r} in namespace {self.namespace or '/'}{option}; the bag has {have}"
-        )
+        where = f"in namespace {self.namespace or '/'}{option}"
+        raise TopicError(f"{self.path}: no topic {topic!r} {where}; the bag has {have}")
 
     def without_topics(self, so: str) -> TopicError:
         """Return the error for a bag without any topic of a flight; ``so``: what follows from it."""

@@ -40,7 +40,6 @@ class StepCounter:
     def __init__(
         self, periods: Mapping[str, int], optional: Iterable[str] = (), shadows: Iterable[str] = (), now: float = 0.0
     ) -> None:
-        """Start with nothing seen."""
         self._periods, self._optional = dict(periods), frozenset(optional)
         self._newest = {topic: -period for topic, period in periods.items()}
         self._came = dict.fromkeys(shadows, now)

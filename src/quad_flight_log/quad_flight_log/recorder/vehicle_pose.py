@@ -51,7 +51,6 @@ class PoseOutput:
     """
 
     def __init__(self, node: Node, bag: BagWriter, live: bool) -> None:
-        """Declare the topics."""
         self._bag, self._live, self._truth = bag, live, False
         self._due_ns = {**dict.fromkeys(FOLLOWED, 0), "state": TRUTH_WITHIN_NS}
         self._shown = dict.fromkeys(FOLLOWED, 0.0)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from quad_flight_log.errors import FlightLogError
+from quad_flight_log.errors import FlightLogError, needed
 from quad_flight_log.report.figures import REFERENCE_COLOUR, Figure, colours, height, runs_of, thin
 from quad_flight_log.report.flight_figures import Playback, Run, inside_figures, paper_figures, playback
 
@@ -36,15 +36,11 @@ def save(figure: Figure | Playback, path: Path, width: float, height_mm: float |
     """Draw a figure ``width`` mm wide into ``path``, whose ending says the format; FlightLogError for another one."""
     if path.suffix not in KINDS:
         raise FlightLogError(f"{path}: found {path.suffix!r}, expected {', '.join(KINDS)}")
-    try:
-        import matplotlib as mpl
-        from matplotlib.figure import Figure as Canvas
-    except ImportError as error:
-        raise FlightLogError("a figure needs matplotlib: pip install -r requirements/extras.txt") from error
+    mpl, canvases = needed("matplotlib", "a figure"), needed("matplotlib.figure", "a figure")
     panels = 1 if isinstance(figure, Playback) else len(figure.panels)
     tall = height_mm or (0.8 * width if isinstance(figure, Playback) else 10.0 + 0.38 * width * panels**0.8)
     with mpl.rc_context(_STYLE):
-        canvas = Canvas(figsize=(width / _INCH, tall / _INCH), layout="constrained")
+        canvas = canvases.Figure(figsize=(width / _INCH, tall / _INCH), layout="constrained")
         handles, labels = _space(canvas, figure) if isinstance(figure, Playback) else _panels(canvas, figure)
         if len(labels) > 1:
             canvas.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 4), frameon=False)

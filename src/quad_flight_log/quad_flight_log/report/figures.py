@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from quad_flight_log.analysis.arrays import Floats
-from quad_flight_log.errors import FlightLogError
+from quad_flight_log.errors import needed
 
 REFERENCE = "/reference"
 """The run of what was wanted: no folder, and so no flight, has this name."""
@@ -118,13 +118,9 @@ def colours(runs: list[str]) -> dict[str, str]:
 
 def drawn(figure: Figure, colour: dict[str, str]) -> Any:
     """Return the Plotly figure; every trace says in ``meta`` what toggles it. FlightLogError if there is no plotly."""
-    try:
-        from plotly.subplots import make_subplots
-    except ImportError as error:
-        raise FlightLogError("the report needs plotly: pip install -r requirements/extras.txt") from error
-    count = max(1, len(figure.panels))
+    plots, count = needed("plotly.subplots", "the report"), max(1, len(figure.panels))
     size = (_DOTS if figure.ticks else _PANEL) * count
-    canvas = make_subplots(rows=count, cols=1, shared_xaxes=True, vertical_spacing=18 / size if count > 1 else 0)
+    canvas = plots.make_subplots(rows=count, cols=1, shared_xaxes=True, vertical_spacing=18 / size if count > 1 else 0)
     named: set[str] = set()
     for row, panel in enumerate(figure.panels, start=1):
         for line in sorted(panel.lines, key=lambda each: not each.dashed):

@@ -45,7 +45,6 @@ class Feed:
     """The samples so far, how the flight ended once it has, and how many browsers listen; any thread may ask."""
 
     def __init__(self, name: str) -> None:
-        """Begin without samples; ``name``: of the flight."""
         self.name, self.ended = name, ""
         self.listening = 0
         self._samples: list[Sample] = []
@@ -161,9 +160,7 @@ def under_way(bag: Path | None) -> Path:
         if found:
             return max(found, key=lambda each: each.stat().st_mtime)
         if bag is None or any(bag.glob("*.mcap")) or time.monotonic() > end:
-            raise FlightLogError(
-                f"{bag or 'flights'}: no flight is under way here: no *.mcap.part; log play shows a bag"
-            )
+            raise FlightLogError(f"{bag or 'flights'}: no flight is under way: no *.mcap.part; log play shows a bag")
         time.sleep(_POLL)
 
 

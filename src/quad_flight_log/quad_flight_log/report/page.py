@@ -14,7 +14,7 @@ from quad_flight_log.analysis.flight_checks import judgement
 from quad_flight_log.analysis.metrics import METRICS, FlightMetrics
 from quad_flight_log.analysis.tables import text_table, truth_note
 from quad_flight_log.bag.reader import Flight
-from quad_flight_log.errors import FlightLogError
+from quad_flight_log.errors import FlightLogError, needed
 from quad_flight_log.report.figures import REFERENCE, Figure, colours, drawn, runs_of
 from quad_flight_log.report.flight_figures import (
     CASES,
@@ -99,7 +99,7 @@ def page_text(page: Page) -> str:
             data[part.key] = {**json.loads(drawn(part, colour).to_json()), "time": part.over_time}
     body = "\n".join(part if isinstance(part, str) else _figure(part) for part in page.body)
     scripts = [resource("viewer.js")] if played else []
-    scripts += [_library(), resource("page.js")] if parts else []
+    scripts += [str(needed("plotly.offline", "the report").get_plotlyjs()), resource("page.js")] if parts else []
     within = f"""<header><h1>{escape(page.title)}</h1>
 {_opening(page)}</header>
 {_bar(runs, colour)}
@@ -172,14 +172,6 @@ def _figure(part: Figure | Playback) -> str:
         f'<figure id="{key}"><h3>{escape(part.title)}</h3><figcaption>{escape(part.caption)}</figcaption>'
         f'<div class="{kind}" data-figure="{key}"></div></figure>'
     )
-
-
-def _library() -> str:
-    try:
-        from plotly.offline import get_plotlyjs
-    except ImportError as error:
-        raise FlightLogError("the report needs plotly: pip install -r requirements/extras.txt") from error
-    return str(get_plotlyjs())
 
 
 def resource(name: str) -> str:
