@@ -66,8 +66,7 @@ class Output(NamedTuple):
     reason: str
 
 
-QUIET = Output(STREAM, False, Setpoint.NONE, None, "")
-"""What goes out before the sequence begins."""
+QUIET = Output(STREAM, False, Setpoint.NONE, None, "")  # what goes out before the sequence begins
 
 
 _GROUND, _ARMING, _TAKE_OFF = (STREAM, PROBE, STANDBY), (MODE, ARM, SPOOL_UP), (CLIMB, RETURN)

@@ -10,8 +10,7 @@ COMMANDS = {
     DO_SET_MODE: "DO_SET_MODE", ARM_DISARM: "COMPONENT_ARM_DISARM", NAV_LAND: "NAV_LAND", NAV_TAKEOFF: "NAV_TAKEOFF",
     SET_NAV_STATE: "SET_NAV_STATE",
 }  # fmt: skip
-FORCE = 21196.0
-"""Second parameter of COMPONENT_ARM_DISARM: disarm in the air, too."""
+FORCE = 21196.0  # second parameter of COMPONENT_ARM_DISARM: disarm in the air, too
 IN_PROGRESS = 5
 RESULTS = (
     "accepted", "temporarily rejected", "denied", "unsupported", "failed", "in progress", "cancelled",
@@ -25,12 +24,9 @@ class Control(IntEnum):
     OTHER = 0
     OURS = 1
     LANDING = 2
-    UNSAID = 3
-    """No longer ours; the autopilot has not yet said which mode took over."""
-    CLIMBING = 4
-    """Its own take-off."""
-    WAITING = 5
-    """It holds its place, as after its own take-off."""
+    UNSAID = 3  # no longer ours; the autopilot has not yet said which mode took over
+    CLIMBING = 4  # its own take-off
+    WAITING = 5  # it holds its place, as after its own take-off
 
 
 class Autopilot(NamedTuple):

@@ -46,10 +46,8 @@ from quad_node.flight_leader import FlightLeader
 from quad_node.flight_node import FlightNode, nothing
 from quad_node.topics import message_type
 
-BEAT = 0.02
-"""Seconds between two steps of the sequence, and between two heartbeats."""
-LOOK = 0.002
-"""Seconds between two looks at a link that is no topic."""
+BEAT = 0.02  # seconds between two steps of the sequence, and between two heartbeats
+LOOK = 0.002  # seconds between two looks at a link that is no topic
 OVER = (FlightState.ENDED, FlightState.FAILED)
 _SPACINGS = 200
 _RESET_TILT, _RESET_HEADING = math.radians(10.0), math.radians(18.0)

@@ -8,65 +8,42 @@ from typing import NamedTuple
 from quad_autopilot.autopilot import COMMANDS, Ack, Autopilot, Control, Profile, Request, because
 from quad_autopilot.parameters import ArmingParameters
 
-NAMED_WITHIN = 0.5
-"""Seconds in which an autopilot says in which mode it is now (PX4: 0.2)."""
+NAMED_WITHIN = 0.5  # seconds in which an autopilot says in which mode it is now (PX4: 0.2)
 PROBES = 3
 """Probes of an autopilot that notices too late: a busy machine delays the last heartbeat, never the other way round."""
-PROBE_PATIENCE = 3.0
-"""Seconds of PROBE after which the autopilot counts as one that does not notice a lost stream."""
-DISARMED_WITHIN = 3.0
-"""Seconds for disarming on the ground after a landing of ours."""
-HELD_WITHIN = 1.0
-"""Seconds for an autopilot to hold its place when it gets the vehicle back."""
-SILENT_FOR = 5.0
-"""Seconds without any message after which the landing of an autopilot is not waited for."""
+PROBE_PATIENCE = 3.0  # seconds of PROBE after which the autopilot counts as one that does not notice a lost stream
+DISARMED_WITHIN = 3.0  # seconds for disarming on the ground after a landing of ours
+HELD_WITHIN = 1.0  # seconds for an autopilot to hold its place when it gets the vehicle back
+SILENT_FOR = 5.0  # seconds without any message after which the landing of an autopilot is not waited for
 
 
 class Phase(IntEnum):
     """Where the vehicle is between ground and ground, and what it waits for there."""
 
-    STREAM = 0
-    """Setpoints go out: for the autopilot's status, its states, and whatever keeps the flight from beginning."""
-    MODE = 1
-    """For our mode."""
-    ARM = 2
-    """For the autopilot to be armed."""
-    SPOOL_UP = 3
-    """For the rotors to turn."""
-    FLY = 4
-    """The controllers fly: for what the commander wants next."""
-    LAND = 5
-    """The autopilot lands: for it to disarm."""
-    LANDED = 6
-    """For nothing: the flight is over, and the vehicle disarmed."""
-    RELEASED = 7
-    """For nothing: the flight is over, and the vehicle another's."""
-    PROBE = 8
-    """No setpoints go out: for the autopilot to notice that."""
-    STANDBY = 9
-    """All is ready: for the commander to arm."""
-    CLIMB = 10
-    """The autopilot takes off: for it to hold its place."""
-    RETURN = 11
-    """For our mode after the autopilot's take-off."""
-    DISARM = 12
-    """On the ground: for the autopilot to disarm."""
-    HAND_BACK = 13
-    """Beyond a limit of the step nothing is sent: for the autopilot to hold its place."""
+    STREAM = 0  # setpoints go out: for the autopilot's status, its states, and whatever keeps the flight from beginning
+    MODE = 1  # for our mode
+    ARM = 2  # for the autopilot to be armed
+    SPOOL_UP = 3  # for the rotors to turn
+    FLY = 4  # the controllers fly: for what the commander wants next
+    LAND = 5  # the autopilot lands: for it to disarm
+    LANDED = 6  # for nothing: the flight is over, and the vehicle disarmed
+    RELEASED = 7  # for nothing: the flight is over, and the vehicle another's
+    PROBE = 8  # no setpoints go out: for the autopilot to notice that
+    STANDBY = 9  # all is ready: for the commander to arm
+    CLIMB = 10  # the autopilot takes off: for it to hold its place
+    RETURN = 11  # for our mode after the autopilot's take-off
+    DISARM = 12  # on the ground: for the autopilot to disarm
+    HAND_BACK = 13  # beyond a limit of the step nothing is sent: for the autopilot to hold its place
 
 
 class Intent(IntEnum):
     """What the flight wants of the autopilot now."""
 
-    GROUND = 0
-    """Stay disarmed, or disarm on the ground."""
-    IDLE = 1
-    """Armed, rotors at idle."""
+    GROUND = 0  # stay disarmed, or disarm on the ground
+    IDLE = 1  # armed, rotors at idle
     FLY = 2
-    CLIMB = 3
-    """Take off by itself, then fly by us."""
-    LAND = 4
-    """Land by itself."""
+    CLIMB = 3  # take off by itself, then fly by us
+    LAND = 4  # land by itself
     KILL = 5
 
 

@@ -12,10 +12,8 @@ from quad_autopilot import frames
 from quad_core.geometry import norm, normalized, relative_attitude, subtract, wrap_angle
 from quad_core.types import Quat, Vec3, VehicleState
 
-NED = 1
-"""POSE_FRAME_NED and VELOCITY_FRAME_NED."""
-_SHORTEST, _LONGEST = 0.9, 1.1
-"""Length of a quaternion in single precision that is still an attitude."""
+NED = 1  # POSE_FRAME_NED and VELOCITY_FRAME_NED
+_SHORTEST, _LONGEST = 0.9, 1.1  # length of a quaternion in single precision that is still an attitude
 _RESET_ANGLE = math.radians(10.0)
 LEAST = 40
 """Spacings that must be known."""

@@ -11,8 +11,7 @@ from quad_core.parameters import ParameterError
 from quad_core.types import Actuation, Rotors
 from quad_core.vehicle import Vehicle
 
-RESERVE = 1.05
-"""Least thrust over weight."""
+RESERVE = 1.05  # least thrust over weight
 _SLACK = 1e-9
 
 

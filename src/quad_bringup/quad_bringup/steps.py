@@ -24,8 +24,7 @@ from quad_flight_log.bag.notes import BENCH, COMMAND, METADATA_FILE, STEP, STEP_
 from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError
 
-SHOWN = 4
-"""Bags that do not open a step and are named."""
+SHOWN = 4  # bags that do not open a step and are named
 
 
 class Step(NamedTuple):

@@ -10,8 +10,7 @@ from quad_core.parameters import ParameterError
 
 INTERFACES = {interface.name: role for role, interface in VEHICLE_INTERFACES.items() if interface.name}
 """{name: role} of the vehicle interfaces that fly can start."""
-AUTOPILOT = "autopilot"
-"""The limits of flights on an autopilot's estimate."""
+AUTOPILOT = "autopilot"  # the limits of flights on an autopilot's estimate
 
 
 def commands(options: argparse.Namespace) -> dict[str, list[str]]:

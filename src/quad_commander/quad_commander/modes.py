@@ -22,8 +22,7 @@ from quad_core.enumerations import ON_GROUND, Answer, GuardMode, GuardReason, Gu
 from quad_core.types import GuardStatus, TrajectoryPoint, VehicleState
 from quad_guard import guard
 
-NO_REASON, ON_REQUEST = -1, -2
-"""Reasons that are no condition: none yet, and on request."""
+NO_REASON, ON_REQUEST = -1, -2  # reasons that are no condition: none yet, and on request
 
 
 class Inputs(NamedTuple):

@@ -11,8 +11,7 @@ from quad_msgs.srv import Goto
 
 SERVICES: dict[Request, Any] = {request: Trigger for request in Request if request} | {Request.GOTO: Goto}
 """{request: type of the service that has its name in lower case}."""
-SENDER = "service"
-"""The sender of what is asked for by a service."""
+SENDER = "service"  # the sender of what is asked for by a service
 
 
 def place_of(asked: Any) -> Place:

@@ -30,8 +30,7 @@ COMMANDER = "commander"
 STAGES = roles.in_order(tuple(roles.registered(roles.STAGES, Stage).values()))
 """The stages of the packages in this environment, in the order of the data flow."""
 
-STAGE = {stage.role: stage for stage in STAGES}
-"""{role: its row}."""
+STAGE = {stage.role: stage for stage in STAGES}  # {role: its row}
 
 WRAPPERS = (Wrapper(with_prediction, switch="prediction"), Wrapper(with_lift_off))
 """What stands around every law, the innermost first: prediction where its node asks for it, and lift-off."""

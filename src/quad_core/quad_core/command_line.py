@@ -9,8 +9,7 @@ from typing import Any, NoReturn
 
 BAD_USAGE = 2  # exit code
 
-ONE_REQUEST = 0.5
-"""s within which signals are one request: one Ctrl-C reaches a node by its terminal and by its parent."""
+ONE_REQUEST = 0.5  # s within which signals are one request: one Ctrl-C reaches a node by its terminal and by its parent
 
 
 class Parser(argparse.ArgumentParser):

@@ -20,8 +20,7 @@ class Mode(IntEnum):
     KILL = 8
 
 
-ON_GROUND = (Mode.DISARMED, Mode.ARMING)
-"""The modes before take-off and after landing."""
+ON_GROUND = (Mode.DISARMED, Mode.ARMING)  # the modes before take-off and after landing
 
 
 class Request(IntEnum):

@@ -52,31 +52,23 @@ from quad_core.mistakes import (
 )
 from quad_core.types import Quat, Vec3, VehicleState, fresh, with_ages
 
-WINDOW = 0.024
-"""s over which velocity and body rates are derived, at least three samples."""
-CHECK, CHECK_EVERY = 0.1, 0.01
-"""s over which a twist is held against the pose, and how often."""
+WINDOW = 0.024  # s over which velocity and body rates are derived, at least three samples
+CHECK, CHECK_EVERY = 0.1, 0.01  # s over which a twist is held against the pose, and how often
 VELOCITY_MISFIT, RATE_MISFIT, MISFIT_SHARE = 0.3, 0.6, 0.25
 """m/s and rad/s, and the share of the slope, by which a twist may differ."""
 RESET_DISTANCE, RESET_ANGLE = 0.3, math.radians(18.0)
 """m and rad beyond what the motion explains, from which on a change of pose is a reset."""
-RESTART = 1.0
-"""s by which a stamp may be off what the clock says: more is another clock, or another start of it."""
+RESTART = 1.0  # s by which a stamp may be off what the clock says: more is another clock, or another start of it
 SLOWEST = 0.017
 """s between two samples from which on nothing can be flown: at 60 Hz two in a row may be lost before the guard's 0.05 s
 end; the rest is what a clock is off."""
-LEAST_SAMPLES = 20
-"""Samples that show a spacing."""
-UPRIGHT = math.radians(15.0)
-"""rad by which a vehicle may lean that has not flown yet."""
-STILL = 1e-4
-"""m/s and rad/s below which the pose of a vehicle may stay the same."""
-AT_REST = 0.05
-"""m/s below which the ground may hold a vehicle."""
+LEAST_SAMPLES = 20  # samples that show a spacing
+UPRIGHT = math.radians(15.0)  # rad by which a vehicle may lean that has not flown yet
+STILL = 1e-4  # m/s and rad/s below which the pose of a vehicle may stay the same
+AT_REST = 0.05  # m/s below which the ground may hold a vehicle
 REPLAYED, FINE, APART = 64, 5e-6, 1e-9
 """Poses of which a live estimate takes none again, if its position comes in steps finer than FINE m; m between two."""
-_RESETS = 5
-"""Resets within RESTART that no estimator makes."""
+_RESETS = 5  # resets within RESTART that no estimator makes
 _REPLAY = "the same poses"
 _CROWDED = 10
 """Samples that fell into the step of another one and left theirs empty, after which the grid moves by half a step."""

@@ -42,10 +42,8 @@ AFOOT, HOVERS = 0.15, 2.0
 
 UPRIGHT, DAMPING, YAW_DAMPING = 8.0, 0.9, 3.0
 """W in rad/s, D and K in rad/s of the attitude on the ground: those of the guard's own law, for any vehicle."""
-RETURN = 1.2
-"""rad/s: bandwidth of the way back to the reference after lift-off, critically damped."""
-RETURNED = 1e-3
-"""m, and m/s, from which on the vehicle counts as back."""
+RETURN = 1.2  # rad/s: bandwidth of the way back to the reference after lift-off, critically damped
+RETURNED = 1e-3  # m, and m/s, from which on the vehicle counts as back
 
 SUNK, SINKING = 0.1, 0.5
 """m below the ground, and m/s downwards, at lift-off: an estimate whose z points down. It turns a vehicle over."""
@@ -207,10 +205,8 @@ def _position_step(law: Callable[..., Any], kind: Any) -> Callable[..., Any]:
     return step
 
 
-WINDOW = 1.0
-"""s of states that are looked at."""
-LEAST = 0.5
-"""s of them that must be known."""
+WINDOW = 1.0  # s of states that are looked at
+LEAST = 0.5  # s of them that must be known
 
 
 class Standing:

@@ -16,22 +16,18 @@ from typing import NamedTuple
 from quad_core.geometry import ZERO, dot, norm, rotate, scale, subtract
 from quad_core.types import Quat, Vec3
 
-MEMORY = 0.5
-"""s over which a change is taken."""
-KEPT = 0.99
-"""Share of the sums that is left at the next look, 10 ms later."""
+MEMORY = 0.5  # s over which a change is taken
+KEPT = 0.99  # share of the sums that is left at the next look, 10 ms later
 POSE_IS_WRONG, LEAST_APART = 0.3, 0.2
 """Largest size of s where the pose is wrong; sum of squares from which on s says something: 5 looks of 0.2 m/s."""
 TURN, LEAST_MOTION = math.radians(10.0), 5.0
 """rad between two velocities that is no mistake yet; sum of squares that shows it: 0.5 s at 0.3 m/s."""
 ASTRAY, LEAST_PUSH = math.radians(45.0), 60.0
 """The same between thrust and change of velocity: a gust of 0.5 s does not count."""
-MOST = 2.0
-"""Times as much as the thrust pushes that a position may be sped up."""
+MOST = 2.0  # times as much as the thrust pushes that a position may be sped up
 STOP, STOP_WITHIN = 0.6, 0.2
 """m/s by which a vehicle slows down within so many s only if something pushes it: 3 m/s^2 are more than wind does."""
-ALIKE = 0.9
-"""Cosine of what is left between two vectors after a turn."""
+ALIKE = 0.9  # cosine of what is left between two vectors after a turn
 
 Made = dict[str, Callable[[Vec3], Vec3]]
 

@@ -78,8 +78,7 @@ class Shown(NamedTuple):
     age_bounded: float = 0.0
 
 
-UNKNOWN = Estimate()
-"""What is remembered before the first step."""
+UNKNOWN = Estimate()  # what is remembered before the first step
 
 
 def predict(

@@ -100,8 +100,7 @@ class TrajectoryPoint(NamedTuple):
     yaw_acceleration: float = 0.0  # [rad/s^2]
 
 
-NOT_BEGUN = -1e6
-"""``trajectory_time`` of a mission's reference while its trajectory has not begun, rests or has ended."""
+NOT_BEGUN = -1e6  # ``trajectory_time`` of a mission's reference while its trajectory has not begun, rests or has ended
 
 
 class FlightMode(NamedTuple):

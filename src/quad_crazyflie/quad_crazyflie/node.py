@@ -28,8 +28,7 @@ from quad_crazyflie.parameters import CRAZYFLIE
 from quad_msgs.msg import FlightState
 from quad_node.main import run
 
-PERIOD = 10
-"""Milliseconds between two log blocks: the shortest that a Crazyflie gives."""
+PERIOD = 10  # milliseconds between two log blocks: the shortest that a Crazyflie gives
 CAN_ARM, ARMED, AUTO_ARMED, CAN_FLY, FLYING, TUMBLED, LOCKED, CRASHED, HIGH_LEVEL = (1 << bit for bit in range(9))
 FAULTS = {TUMBLED: "tumbled", LOCKED: "locked: restart it", CRASHED: "crashed"}
 PROFILE = Profile(

@@ -20,8 +20,7 @@ from quad_core.geometry import body_z, clamp, euler_from_quaternion, wrap_angle
 from quad_core.types import AttitudeThrust, Quat, Vec3, VehicleState
 from quad_crazyflie.parameters import CrazyflieBridgeParameters
 
-LEAST, LARGEST, WHOLE = 10001.0, 60000.0, 65535.0
-"""thrust16 at 0 %, at 100 %, and of the largest thrust."""
+LEAST, LARGEST, WHOLE = 10001.0, 60000.0, 65535.0  # thrust16 at 0 %, at 100 %, and of the largest thrust
 _SHORTS = ("x", "y", "z", "vx", "vy", "vz", "rateRoll", "ratePitch", "rateYaw")
 BLOCK = {
     **{f"stateEstimateZ.{name}": "int16_t" for name in _SHORTS},

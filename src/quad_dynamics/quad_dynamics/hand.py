@@ -17,11 +17,9 @@ from quad_core.types import SensorFault, Vec3, VehicleState, fresh
 
 LIFTED, LOWERED, RAMP = 4.0, 18.5, 1.5
 """Flight times in s at which it is lifted and put down, and time in s of one ramp."""
-ROLL, PITCH, YAW = 8.0, 11.5, 15.0
-"""Flight times in s at which each tilt begins."""
+ROLL, PITCH, YAW = 8.0, 11.5, 15.0  # flight times in s at which each tilt begins
 
-TREMOR, TREMBLING = 1e-3, 50.0
-"""Size in m and frequency in rad/s of a hand's tremor."""
+TREMOR, TREMBLING = 1e-3, 50.0  # size in m and frequency in rad/s of a hand's tremor
 
 
 class Parameters(NamedTuple):

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from quad_core.types import LinkFault, Vec3, Wrench
 
-SLOTS = 512
-"""Commands under way at most; an older one never arrives."""
+SLOTS = 512  # commands under way at most; an older one never arrives
 THRUST, ROLL, PITCH, YAW, ARRIVAL, ANSWERED = range(6)
 NEVER = 1e18
 EARLY = 1e-9

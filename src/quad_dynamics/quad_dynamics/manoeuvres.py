@@ -10,10 +10,8 @@ from quad_core.vehicle import Vehicle
 
 HALF, SETTLE, CLIMB_TIME = 0.12, 0.1, 0.3
 """s that a torque acts one way before it acts the other way, of flight without torque, and of a climb."""
-TURN_RATE = 0.4
-"""Angular velocity in rad/s in the middle of such a doublet."""
-CLIMB = 0.2
-"""Thrust above weight, as a part of it, while climbing."""
+TURN_RATE = 0.4  # angular velocity in rad/s in the middle of such a doublet
+CLIMB = 0.2  # thrust above weight, as a part of it, while climbing
 TOLERANCE = 0.7
 """Largest deviation from the nominal model, as a part of the expected change: rotor lag, errors and wind pass."""
 

@@ -25,8 +25,7 @@ from quad_flight.loop import Functions, fly_of
 _ONE_AT_A_TIME = Lock()  # threads that begin together would each make, and compile, an engine
 _BEGUN: set[Hashable] = set()
 _SIGN_EVERY = 10.0  # s
-PLANS = 64
-"""Plans that are kept: flights of a campaign that begin alike with the same trajectory share one."""
+PLANS = 64  # plans that are kept: flights of a campaign that begin alike with the same trajectory share one
 
 
 class EngineError(RuntimeError):

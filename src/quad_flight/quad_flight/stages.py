@@ -25,8 +25,7 @@ Signals: Any = namedtuple("Signals", [stage.output for stage in STAGES])  # type
 
 OUTSIDE = ("state", "reference")
 """What a stage may take in addition to outputs of earlier stages, of the same plant step."""
-BEFORE = ("actuation",)
-"""What a stage may take in addition to outputs of any stage, of the plant step before."""
+BEFORE = ("actuation",)  # what a stage may take in addition to outputs of any stage, of the plant step before
 
 Function = Callable[..., Any]
 

@@ -39,12 +39,10 @@ VELOCITY_BANDWIDTH, VERTICAL_BANDWIDTH, VERTICAL_INTEGRAL = 1.2, 4.0, 2.0
 """Bandwidths of the horizontal and the vertical velocity in rad/s; integral gain of the latter in 1/s^2."""
 BRAKE_TILT, LANDING_TILT, WALKING_PACE = 0.35, 0.15, 0.6
 """Largest tilt in rad above walking pace, and below it as at touchdown; walking pace in m/s."""
-DESCENT_SPEED = 0.8
-"""m/s (PX4 MPC_LAND_SPEED)."""
+DESCENT_SPEED = 0.8  # m/s (PX4 MPC_LAND_SPEED)
 BLIND_THRUST, LOWEST_THRUST, FALLING_THRUST = 0.94, 0.2, 0.05
 """Thrust over weight without a velocity that can be trusted (PX4), the least in the air, and in a fall."""
-THRUST_SHARE = 0.9
-"""Largest thrust over the largest there is: the rest makes torque."""
+THRUST_SHARE = 0.9  # largest thrust over the largest there is: the rest makes torque
 LEAST_SINK = 0.25
 """Share of the descent speed above walking pace: a wind that cannot be braked must not keep the vehicle up."""
 BRAKE_SHARE, FALL_BANDWIDTH, TOUCH_SPEED, TOUCH_HEIGHT, LEAST_WAY = 0.7, 30.0, 0.8, 0.1, 0.02
@@ -65,8 +63,7 @@ class Sight(IntEnum):
     BLIND = 3  # nothing but the prediction
 
 
-LARGEST_LIFT = 0.4
-"""Bound of the vertical integral over gravity."""
+LARGEST_LIFT = 0.4  # bound of the vertical integral over gravity
 
 LEAST_COSINE = 0.5
 RESTING_RAMP = 0.25
@@ -96,8 +93,7 @@ class Descent(NamedTuple):
     stopped: bool = False
 
 
-FRESH_DESCENT = Descent()
-"""The memory of a descent that begins."""
+FRESH_DESCENT = Descent()  # the memory of a descent that begins
 
 
 def descend(

@@ -176,8 +176,7 @@ def half_cosine(last: Quat, q: Quat) -> float:
     return abs(last.x * q.x + last.y * q.y + last.z * q.z + last.w * q.w)
 
 
-OFF = 1e6
-"""m/s that are no limit of the speed."""
+OFF = 1e6  # m/s that are no limit of the speed
 LANDING_SPEED, BRAKING = 1.0, 5.0
 """Within a limit of the speed nothing sinks faster, in m/s, than what these m/s^2 brake before the ground."""
 

@@ -8,8 +8,7 @@ from quad_core.node_parameters import GuardParameters
 from quad_core.types import VehicleState
 from quad_guard.guard import REASONS, Memory
 
-STANDING = 0.05
-"""m above the height of standing, up to which a vehicle is taken to stand."""
+STANDING = 0.05  # m above the height of standing, up to which a vehicle is taken to stand
 
 
 def is_down(parameters: GuardParameters, memory: Memory, truth: VehicleState, has_ground: bool) -> bool:

@@ -17,13 +17,10 @@ from quad_core.types import Vec3, VehicleState, Wrench
 from quad_core.vehicle import Vehicle, max_thrust
 from quad_guard.checks import BodyState
 
-COARSEST = 0.02
-"""m, m/s, rad/s and parts of a quaternion: the grain of an estimate that has not changed yet."""
+COARSEST = 0.02  # m, m/s, rad/s and parts of a quaternion: the grain of an estimate that has not changed yet
 
-LEAST = 1e-9
-"""m, m/s, rad, rad/s: a change below need not show."""
-SETTLED = 0.05
-"""s after a change until the wrench is that of the unchanged state."""
+LEAST = 1e-9  # m, m/s, rad, rad/s: a change below need not show
+SETTLED = 0.05  # s after a change until the wrench is that of the unchanged state
 
 
 class Grain(NamedTuple):
@@ -49,10 +46,8 @@ class Missing(NamedTuple):
     shows: bool
 
 
-COARSEST_GRAIN = Grain(COARSEST, COARSEST, COARSEST, COARSEST)
-"""The grain before the first change."""
-NOTHING_MISSING = Missing(Wrench(), 0.0, 0.0, 0.0, Vec3(), False)
-"""What is missing at a change."""
+COARSEST_GRAIN = Grain(COARSEST, COARSEST, COARSEST, COARSEST)  # the grain before the first change
+NOTHING_MISSING = Missing(Wrench(), 0.0, 0.0, 0.0, Vec3(), False)  # what is missing at a change
 
 
 def finer(grain: Grain, before: BodyState, after: VehicleState) -> Grain:

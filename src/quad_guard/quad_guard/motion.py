@@ -21,8 +21,7 @@ INTERVAL, LONGEST, MEMORY = 50_000_000, 0.2, 1.0
 FOUND, EXPLAINED, LEAST_TURN = 1.0, 0.3, math.radians(30.0)
 """Another heading is found when it explains so many m^2/s^3 more, leaves less than this share of what the present one
 leaves, and is so many rad away."""
-LOST = 6.0
-"""m^2/s^3 that no heading explains, from which on a heading that is carried on is not braked along."""
+LOST = 6.0  # m^2/s^3 that no heading explains, from which on a heading that is carried on is not braked along
 WEAKEST, STRONGEST, LEAST_THRUST = 0.7, 1.3, 0.3
 """Bounds of the strength, and the vertical thrust over the weight below which it does not show."""
 
@@ -44,8 +43,7 @@ class Evidence(NamedTuple):
     strength: float
 
 
-NO_EVIDENCE = Evidence(-1, Vec3(), Vec3(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-"""Before the first sample."""
+NO_EVIDENCE = Evidence(-1, Vec3(), Vec3(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)  # before the first sample
 
 
 def gathered(before: Evidence, vehicle: Vehicle, v: Vec3, q: Quat, thrust: float, step: int, period: int) -> Evidence:

@@ -25,10 +25,8 @@ from quad_guard.unknown_torque import UnknownTorque, torque_at
 
 REFUSED_COUNT, REFUSED_WINDOW = 10, 0.2
 """So many refused samples within so many s end the controller's flight (ArduPilot)."""
-LONGEST_CARRY, TILT_BANDWIDTH = 0.3, 0.3
-"""An attitude may be carried over a gap of so many s; K in rad/s."""
-NEVER_SEEN = 0.5
-"""s without a first sample until the motors stop."""
+LONGEST_CARRY, TILT_BANDWIDTH = 0.3, 0.3  # an attitude may be carried over a gap of so many s; K in rad/s
+NEVER_SEEN = 0.5  # s without a first sample until the motors stop
 
 
 class Estimate(NamedTuple):

@@ -22,12 +22,9 @@ from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import Layout, Vehicle, coupling_torque, max_thrust
 from quad_guard.checks import DIAGONAL, largest_torque
 
-BANDWIDTH = 15.0
-"""L in rad/s."""
-TORQUE_THRUST = 0.7
-"""Thrust, in weights, that roll and pitch torque may ask for; below 1, or the vehicle climbs."""
-LIKENESS = 0.25
-"""Share by which the parts of d may differ from a weak rotor's."""
+BANDWIDTH = 15.0  # L in rad/s
+TORQUE_THRUST = 0.7  # thrust, in weights, that roll and pitch torque may ask for; below 1, or the vehicle climbs
+LIKENESS = 0.25  # share by which the parts of d may differ from a weak rotor's
 
 
 class UnknownTorque(NamedTuple):
@@ -45,8 +42,7 @@ class UnknownTorque(NamedTuple):
     of_thrust: float = 0.0
 
 
-NO_UNKNOWN_TORQUE = UnknownTorque()
-"""The memory before the first step."""
+NO_UNKNOWN_TORQUE = UnknownTorque()  # the memory before the first step
 
 
 def estimated(vehicle: Vehicle, memory: UnknownTorque, omega: Vec3, sees: bool) -> UnknownTorque:

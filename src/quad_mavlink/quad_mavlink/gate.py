@@ -27,8 +27,7 @@ class Decision(IntEnum):
 class Gate:
     """Knows which states came and what has been answered; times in us of PX4, waits in s on the wall."""
 
-    LARGEST_LAG = 0.5
-    """Seconds; a stamp farther from our clock is late, or of another clock."""
+    LARGEST_LAG = 0.5  # seconds; a stamp farther from our clock is late, or of another clock
 
     def __init__(self, parameters: GateParameters) -> None:
         self._parameters = parameters

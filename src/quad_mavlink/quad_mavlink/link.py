@@ -13,8 +13,7 @@ from typing import Any
 
 from quad_core.parameters import ParameterError
 
-AUTOPILOT, COMPANION, SIMULATOR = 1, 191, 51
-"""MAV_COMP_ID."""
+AUTOPILOT, COMPANION, SIMULATOR = 1, 191, 51  # MAV_COMP_ID
 _LARGEST = 65_536
 _BATCH = 1000
 _STUCK = 5.0  # s in which an autopilot that reads nothing counts as gone

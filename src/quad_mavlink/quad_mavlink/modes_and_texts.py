@@ -12,10 +12,8 @@ from quad_autopilot.odometry import NED, Sample
 from quad_core.geometry import rotate
 from quad_core.types import Quat, Vec3
 
-ARDUPILOT, PX4 = 3, 12
-"""MAV_AUTOPILOT."""
-ON_GROUND = 1
-"""MAV_LANDED_STATE."""
+ARDUPILOT, PX4 = 3, 12  # MAV_AUTOPILOT
+ON_GROUND = 1  # MAV_LANDED_STATE
 _ARMED, _CUSTOM_MODE = 128, 1.0
 _CRITICAL = 5
 _AUTO, _OFFBOARD, _LOITER = 4, 6, 3
@@ -79,8 +77,7 @@ def _copter(custom_mode: int) -> tuple[str, Control]:
     return _COPTER_MODES.get(custom_mode, f"mode {custom_mode}"), control
 
 
-WORST = 4
-"""MAV_SEVERITY_WARNING: what is less severe is no reason."""
+WORST = 4  # MAV_SEVERITY_WARNING: what is less severe is no reason
 _FOR, _SHOWN, _PIECE = 10.0, 3, 50
 
 
@@ -109,10 +106,8 @@ def newest(texts: tuple[Text, ...], now: float) -> tuple[str, ...]:
     return tuple(known.text for known in texts if now - known.at <= _FOR)[-_SHOWN:]
 
 
-LOCAL_NED, BODY_FRD = 1, 12
-"""MAV_FRAME."""
-LATEST = 0.03
-"""Seconds between the two messages of a pair."""
+LOCAL_NED, BODY_FRD = 1, 12  # MAV_FRAME
+LATEST = 0.03  # seconds between the two messages of a pair
 _OTHER = 0
 
 

@@ -21,8 +21,7 @@ from quad_mavlink.sensors import Suite
 from quad_px4.mapping import Mapping
 from quad_px4.parameters import AirframeParameters, RotorPlace
 
-ARMED, LOCKSTEP = 128, 1
-"""MAV_MODE_FLAG_SAFETY_ARMED; HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP."""
+ARMED, LOCKSTEP = 128, 1  # MAV_MODE_FLAG_SAFETY_ARMED; HIL_ACTUATOR_CONTROLS_FLAGS_LOCKSTEP
 MOTORS = 4
 _SLACK = 1e-6
 _CONTROLS = "HIL_ACTUATOR_CONTROLS"

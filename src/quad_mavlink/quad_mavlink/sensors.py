@@ -33,10 +33,8 @@ GYRO, GYRO_BIAS, ACCEL, ACCEL_BIAS, MAG, MAG_BIAS, GPS, GPS_VELOCITY = range(0, 
 BARO, COLUMNS = 24, 25
 SEA_LEVEL_PRESSURE, SEA_LEVEL_TEMPERATURE = 101_325.0, 288.15
 """Pa, K."""
-LAPSE = 0.0065
-"""K/m."""
-EXPONENT = 9.80665 / (287.05287 * LAPSE)
-"""g0 / (R L)."""
+LAPSE = 0.0065  # K/m
+EXPONENT = 9.80665 / (287.05287 * LAPSE)  # g0 / (R L)
 KELVIN = 273.15
 SEMI_MAJOR, FLATTENING = 6_378_137.0, 1.0 / 298.257223563
 INERTIAL, MAGNETIC, BAROMETRIC = 0b111111, 0b111 << 6, 1 << 9 | 1 << 11 | 1 << 12
@@ -50,10 +48,8 @@ _SHORT = 32_767
 _GRAVITY = 9.80665
 _MICROSECOND = 1000
 
-Row = NDArray[np.float64]
-"""The standard normals of a step, ``COLUMNS`` of them."""
-Fields = tuple[Any, ...]
-"""The numbers of a message in the order and units in which MAVLink has them."""
+Row = NDArray[np.float64]  # the standard normals of a step, ``COLUMNS`` of them
+Fields = tuple[Any, ...]  # the numbers of a message in the order and units in which MAVLink has them
 
 
 class Noise(NamedTuple):

@@ -66,8 +66,7 @@ _FOOT = """
             friction="{friction!r} 0 0"/>"""
 _FOOT_SIZE = 0.01
 """Radius of a foot, m; its lowest point is where the foot is said to be."""
-_VEHICLE = 1
-"""Index of the vehicle among the bodies of the model; 0 is the world."""
+_VEHICLE = 1  # index of the vehicle among the bodies of the model; 0 is the world
 
 
 class Floor(NamedTuple):

@@ -50,8 +50,7 @@ from quad_msgs.msg import (
 )
 from quad_node.event_log import EventLog
 
-SHADOW_TOPICS = "shadow/"
-"""Namespace in which shadow controllers answer, so that no vehicle obeys them."""
+SHADOW_TOPICS = "shadow/"  # namespace in which shadow controllers answer, so that no vehicle obeys them
 
 # The plant may run ahead of the recorder by the simulator's window: a publisher must keep that much.
 LOCKSTEP_HISTORY = 256
@@ -191,8 +190,7 @@ TOPICS = {
 }
 
 
-MANY_SENDERS = frozenset({"flight/nodes"})
-"""Topics that every node of a flight publishes."""
+MANY_SENDERS = frozenset({"flight/nodes"})  # topics that every node of a flight publishes
 
 
 class Links:

@@ -164,8 +164,7 @@ class AxisState(NamedTuple):
     reference_acceleration: float
 
 
-Axes = tuple[AxisState, AxisState, AxisState]
-"""Vehicle and reference along x, y and z."""
+Axes = tuple[AxisState, AxisState, AxisState]  # vehicle and reference along x, y and z
 
 
 class AxisCommand(NamedTuple):

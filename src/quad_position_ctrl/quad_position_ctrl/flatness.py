@@ -13,8 +13,7 @@ from typing import NamedTuple
 
 from quad_core.types import TrajectoryPoint, Vec3
 
-LEAST_LIFT = 0.05
-"""Share of g below which the vertical part of L gives no direction: the chain then answers zero."""
+LEAST_LIFT = 0.05  # share of g below which the vertical part of L gives no direction: the chain then answers zero
 
 
 class AngleDerivatives(NamedTuple):

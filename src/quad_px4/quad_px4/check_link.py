@@ -50,8 +50,7 @@ IN = (
     "SetpointConfig",
 )  # fmt: skip
 """The messages of the link, from PX4 and to it; some px4_msgs lack some."""
-SIDE = "link_check"
-"""Namespace of the flight's side of the relay."""
+SIDE = "link_check"  # namespace of the flight's side of the relay
 FAULTS = ("bridge killed", "bridge stopped", "controller killed", "agent killed", "link cut", "state frozen")
 LIMIT = "limit"
 """What --only calls the flight that must be refused."""

@@ -39,12 +39,9 @@ NEEDED = {
 }
 CONTROLLERS = {Mode.WRENCH: ("allocation",), Mode.MOTORS: (), Mode.ATTITUDE: ("attitude", "rates", "allocation")}
 """{mode: PX4's own controllers that run in it}."""
-TYPES = {Mode.MOTORS: 1, Mode.ATTITUDE: 6, Mode.WRENCH: 15}
-"""{mode: SetpointConfig.type}."""
-RESULTS = ("", "another failure", "unsupported for this vehicle", "unknown to this PX4")
-"""Of a SetpointConfigReply."""
-REQUIRED = ("angular_velocity", "attitude", "local_alt", "local_position")
-"""What PX4's estimate must have in our mode."""
+TYPES = {Mode.MOTORS: 1, Mode.ATTITUDE: 6, Mode.WRENCH: 15}  # {mode: SetpointConfig.type}
+RESULTS = ("", "another failure", "unsupported for this vehicle", "unknown to this PX4")  # of a SetpointConfigReply
+REQUIRED = ("angular_velocity", "attitude", "local_alt", "local_position")  # what PX4's estimate must have in our mode
 _QUALITY = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 _ASK_EVERY, _ASKS = 1.0, 5
 _TRIES = 50  # of 20 ms

@@ -30,8 +30,7 @@ from quad_core.parameters import ParameterError
 from quad_core.types import Actuation, Rotors, Vec3, Wrench
 from quad_px4.parameters import AirframeParameters
 
-MOTORS = 12
-"""Controls in an ActuatorMotors message; those without a motor are NaN."""
+MOTORS = 12  # controls in an ActuatorMotors message; those without a motor are NaN
 FLAG_TOLERANCE = 1e-6
 
 Array = NDArray[np.float64]

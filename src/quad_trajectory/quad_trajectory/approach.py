@@ -46,8 +46,7 @@ SETTLE_GROWTH = 1.1
 SETTLE_TRIES = 50
 """Times in s tried for settling onto the curve: from SETTLE_FIRST down to 1/200 of it, then up to 100 times it."""
 
-SHORTEST_GAIN = 0.01
-"""s"""
+SHORTEST_GAIN = 0.01  # s
 
 STEP_PEAK_ACCELERATION = 1.875
 STEP_PEAK_JERK = 5.773502691896258
@@ -134,17 +133,13 @@ def _steady_gain_time(allowed: Allowed, speed: float) -> float:
 QUANTUM = 0.25
 """s; the approach lasts a multiple of it: exact in binary, and a whole number of steps at the usual rates."""
 
-SHORTEST = 1.0
-"""s"""
+SHORTEST = 1.0  # s
 
-TRIES = 1000
-"""Durations of lift-off and transit that are tried; each is up to 1/64 longer than the one before."""
+TRIES = 1000  # durations of lift-off and transit that are tried; each is up to 1/64 longer than the one before
 
-LIFT = 1.5
-"""m straight up from the ground: twice what ``quad_core.lift_off`` takes for clear of it."""
+LIFT = 1.5  # m straight up from the ground: twice what ``quad_core.lift_off`` takes for clear of it
 
-AT_REST = 0.15
-"""m/s that the estimate of a vehicle standing on the ground may show."""
+AT_REST = 0.15  # m/s that the estimate of a vehicle standing on the ground may show
 
 
 class Start(IntEnum):

@@ -18,8 +18,7 @@ from quad_trajectory.polynomial import AxisPoint, point
 
 Plan = Approach
 
-BASE = 2.0 * math.pi / 20.0
-"""rad/s of n = 1."""
+BASE = 2.0 * math.pi / 20.0  # rad/s of n = 1
 
 
 class Wave(NamedTuple):

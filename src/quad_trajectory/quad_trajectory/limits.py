@@ -45,8 +45,7 @@ class YawShaping(IntEnum):
     PRINTED = 1
 
 
-SHORTEST_TURN = 1e-3
-"""s"""
+SHORTEST_TURN = 1e-3  # s
 
 
 def turn_duration(limits: MotionLimits, angle: float) -> float:
@@ -73,11 +72,9 @@ BLOCK = 16
 Durations = NDArray[np.float64]
 Motion = Callable[[Any], tuple[Polynomial, ...]]
 
-END_MARGIN = 1.25
-"""Factor on what the ends of the approach ask for themselves, where that is above a limit."""
+END_MARGIN = 1.25  # factor on what the ends of the approach ask for themselves, where that is above a limit
 
-SAMPLING_MARGIN = 0.995
-"""Factor on the limits, for what lies between two samples."""
+SAMPLING_MARGIN = 0.995  # factor on the limits, for what lies between two samples
 
 
 class Allowed(NamedTuple):

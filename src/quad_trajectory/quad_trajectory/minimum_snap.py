@@ -101,8 +101,7 @@ ACCEPTED = 0.997
 
 SLOWING_TRIES = 100
 
-MIN_THRUST = 0.2
-"""Least thrust of a path over the weight: a vehicle that falls freely cannot turn its thrust."""
+MIN_THRUST = 0.2  # least thrust of a path over the weight: a vehicle that falls freely cannot turn its thrust
 
 
 class PathLimits(NamedTuple):

@@ -35,8 +35,7 @@ class AxisPoint(NamedTuple):
     snap: float
 
 
-PEAK_RATE = 2.1875
-"""Largest slope of the smooth step over unit time: 35/16, at its middle."""
+PEAK_RATE = 2.1875  # largest slope of the smooth step over unit time: 35/16, at its middle
 
 PEAK_ACCELERATION = 7.513188404399293
 """Largest curvature of the smooth step over unit time: 84 sqrt(5) / 25, at 1/2 -+ sqrt(5)/10."""

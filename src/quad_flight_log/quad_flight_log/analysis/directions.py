@@ -15,8 +15,7 @@ from quad_flight_log.bag.reader import Flight
 TOLD = {"roll": "right side down", "pitch": "nose down", "yaw": "a turn to the left"}
 LEAST_ANGLE, LEAST_RATE, CLEAR = np.radians(10.0), 0.15, 2.0
 """rad that an axis must be tilted by; rad/s of a tilt, and how many times faster than about the other axes it is."""
-LEAST_SHARE = 0.9
-"""Of the time of a tilt, in which the torque must oppose it."""
+LEAST_SHARE = 0.9  # of the time of a tilt, in which the torque must oppose it
 
 
 def wrong_directions(flight: Flight) -> str:

@@ -30,8 +30,7 @@ from quad_flight_log.imports.write import CURVE, ROTORS
 from quad_flight_log.report.text import aligned
 
 HORIZONS = (0.1, 0.5, 1.0)  # s
-BOUNDS = {"position": 0.1, "attitude": np.radians(5.0)}
-"""RMS errors, m and rad, up to which open loop holds."""
+BOUNDS = {"position": 0.1, "attitude": np.radians(5.0)}  # RMS errors, m and rad, up to which open loop holds
 IDLE = 0.3  # of the weight: below it the vehicle stands, or the motors are off
 LONGEST_GAP = 5  # times the usual step: a longer one ends a second
 UNITS = {

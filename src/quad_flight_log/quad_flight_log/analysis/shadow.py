@@ -44,8 +44,7 @@ TARGET = "attitude_target"
 ALIKE, UNLIKE, SCALES = 0.8, 0.5, (0.5, 2.0)
 """Correlation from which on two signals are alike, below which not, and ratios of their RMS that are no mistake."""
 
-Numbers = dict[str, tuple[Any, Any]]
-"""{number: (stamps ns, values)}."""
+Numbers = dict[str, tuple[Any, Any]]  # {number: (stamps ns, values)}
 
 
 class Beside(NamedTuple):

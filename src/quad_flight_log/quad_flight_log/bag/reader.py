@@ -21,8 +21,7 @@ from quad_flight_log.errors import FlightLogError, SchemaError, TopicError
 
 MEMORY_LIMIT = 4 << 30  # bytes of payload that a bag may hold: all of it is kept in memory
 
-Rows = tuple[list[bytes], list[int]]
-"""CDR payloads and log times in ns of one topic."""
+Rows = tuple[list[bytes], list[int]]  # CDR payloads and log times in ns of one topic
 
 
 class Topic(NamedTuple):

@@ -91,8 +91,7 @@ def payload_check(kind: type) -> Callable[[bytes], str]:
     return problem_of
 
 
-Field = tuple[str, Any, int]
-"""Name; bytes of one number, ``string`` or a message class; how many, -1 for a sequence."""
+Field = tuple[str, Any, int]  # name; bytes of one number, ``string`` or a message class; how many, -1 for a sequence
 
 
 @cache

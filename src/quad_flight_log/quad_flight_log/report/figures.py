@@ -8,8 +8,7 @@ import numpy as np
 from quad_flight_log.analysis.arrays import Floats
 from quad_flight_log.errors import needed
 
-REFERENCE = "/reference"
-"""The run of what was wanted: no folder, and so no flight, has this name."""
+REFERENCE = "/reference"  # the run of what was wanted: no folder, and so no flight, has this name
 POINTS = 2000  # of one line; more cannot be told apart on a page
 PALETTE = (
     "#1f83c8",

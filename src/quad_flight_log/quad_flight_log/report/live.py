@@ -36,8 +36,7 @@ _TRUTH_LATE = 500_000_000  # ns of flight time after which `state` stands for a 
 _UNGUIDED = 300_000_000  # ns of flight time after which places are shown for which no reference comes
 _REMEMBERED = 1000  # places
 
-Sample = dict[str, list[float | None]]
-"""Numbers of each quantity of _WIDTHS; None where it is not known."""
+Sample = dict[str, list[float | None]]  # numbers of each quantity of _WIDTHS; None where it is not known
 _Message = tuple[Channel, bytes]
 
 
