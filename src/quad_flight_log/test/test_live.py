@@ -2,6 +2,7 @@
 
 import http.client
 import json
+import socket
 import threading
 import time
 
@@ -167,6 +168,20 @@ def test_only_this_machine_is_answered_and_only_the_page():
     assert got(port, "/../etc/passwd").status == 404
     asked.set()
     thread.join()
+
+
+def test_a_view_has_the_port_that_a_tunnel_was_made_for_unless_another_has_it(monkeypatch):
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        wanted = probe.getsockname()[1]
+    monkeypatch.setattr(live, "PORT", wanted)
+    asked = threading.Event()
+    views = [served(Feed(name), lambda: asked.wait(20.0)) for name in ("one", "two")]
+    asked.set()
+    for thread, _, _ in views:
+        thread.join()
+    assert views[0][1] == wanted
+    assert views[1][1] not in (wanted, 0)
 
 
 def test_a_name_of_a_bag_is_no_script():

@@ -26,6 +26,7 @@ from quad_flight_log.report.figures import PALETTE
 from quad_flight_log.report.flight_figures import Run, samples
 from quad_flight_log.report.page import document, resource
 
+PORT = 8790  # of the first view; others take a free one
 PERIOD = 0.05  # s between two samples, and between two messages to a browser
 _POLL = 0.05  # s between two looks at a file that grows
 _SILENCE = 30.0  # s without a new byte: its recorder is gone
@@ -231,7 +232,11 @@ def serve(feed: Feed, source: Callable[[], None], said: Callable[[str], None] = 
 
     ``said`` gets the address, and how the flight ended. Raises what ``source`` raises.
     """
-    server = ThreadingHTTPServer(("127.0.0.1", 0), type("Handler", (_Handler,), {"feed": feed}))
+    handler = type("Handler", (_Handler,), {"feed": feed})
+    try:
+        server = ThreadingHTTPServer(("127.0.0.1", PORT), handler)
+    except OSError:  # another view has it
+        server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     address = f"http://127.0.0.1:{server.server_port}/"
     said(f"view: {address} (this machine alone)")
