@@ -40,8 +40,8 @@ def node_of_its_own(name: str, domain: int, namespace: str = "") -> Node:
 class FlightWatch:
     """The newest ``flight/state`` of one run in one domain and namespace, and what its nodes say.
 
-    ``news``: (flight time in s, text) of each change of mode, and of the first warning or error of a kind from a node,
-    not taken out yet.
+    ``news``: (flight time in s, text) of each change of mode, each event of a scenario, and the first warning or error
+    of a kind from a node, not taken out yet.
     """
 
     def __init__(self, run_id: str, domain: int, namespace: str = "") -> None:
@@ -95,7 +95,8 @@ class FlightWatch:
 
     def _on_event(self, message: FlightEvent) -> None:
         time_, source = seconds(stamp_ns(message.stamp), 1), (message.node, message.kind)
-        if message.kind in ("mode", "request_refused"):
+        acts = time_ > 0.0 and message.text.startswith(("begins: ", "ends: "))  # an event of the scenario
+        if acts or message.kind in ("mode", "request_refused"):
             self.news.append((time_, message.text))
         elif message.severity != FlightEvent.INFO and source not in self._warned:
             is_repeated = any(text in message.text for text in self._warned.values())  # what follows from it

@@ -52,6 +52,7 @@ def test_of_a_kind_of_warning_from_a_node_the_first_is_news():
         ("/uav/simulator", FlightEvent.ERROR, "handshake", "relay failed: est/odom: silent"),
         ("/uav/simulator", FlightEvent.WARNING, "late", "state: late"),
         ("/commander", FlightEvent.INFO, "mode", "HOLD to LAND"),
+        ("/uav/simulator", FlightEvent.INFO, "gust", "begins: gust start=4 end=5 velocity=0,6,0"),
     ):
         event = FlightEvent(node=node, severity=severity, kind=kind, text=text)
         event.stamp.sec = 4
@@ -61,5 +62,6 @@ def test_of_a_kind_of_warning_from_a_node_the_first_is_news():
         "relay: est/odom: silent",
         "simulator: state: late",
         "HOLD to LAND",
+        "begins: gust start=4 end=5 velocity=0,6,0",
     ]
     assert {time for time, _ in seen.news} == {4.0}
