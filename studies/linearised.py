@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from quad_core.cascade import STAGES
-from quad_dynamics import link
-from quad_dynamics.simulated_vehicle import RandomStreams
+from quad_dynamics.simulated_vehicle import RandomStreams, link_init
 from quad_flight.engine import python_engine
 from quad_flight.flight import Flight, from_names
 from quad_flight.loop import Start, take_off
@@ -56,7 +55,7 @@ def matrix(flight: Flight, size: float = SIZE) -> np.ndarray:
     setup, engine = flight.setup, python_engine(flight.modules)
     period = setup.schedule.plant_period
     line, sensing = flight.modules.sensing.init(setup.sensing, period)
-    link_line, linked = link.init()
+    link_line, linked = link_init()
     laws = zip(flight.modules.stages, setup.stages, strict=True)
     memory = PerStage(*(module.init(own, setup.vehicle) for module, own in laws))
     start = Start(sensing, linked, memory, Signals(*(stage.output_type() for stage in STAGES)))

@@ -7,11 +7,11 @@ from quad_core.cycle import seconds
 from quad_core.lift_off import airborne, standing
 from quad_core.resolution import Resolved
 from quad_core.types import Actuation, Conditions, Disturbance, VehicleState, Wrench, with_ground
-from quad_dynamics import link
 from quad_dynamics.simulated_vehicle import (
     Memory,
     RandomStreams,
     SimulatedVehicle,
+    link_init,
     receive,
     sensing_is_active,
     vehicle_functions,
@@ -37,7 +37,7 @@ class PlantModel:
         self._side = SimulatedVehicle(resolved.vehicle, period, *(one.parameters for one in (plant, weather, sensing)))
         self._do = vehicle_functions(plant.module, sensing.module)
         self._sensing_line, sensed = sensing.module.init(sensing.parameters, period)
-        self._link_line, linked = link.init()
+        self._link_line, linked = link_init()
         self._commanded = Wrench()
         announcements = getattr(weather.module, "announcements", None)
         self._announcements = deque[tuple[float, str, str]](announcements(weather.parameters) if announcements else [])

@@ -12,8 +12,7 @@ from quad_core.parameters import ParameterError, Value
 from quad_core.records import builder, leaves
 from quad_core.resolution import Resolved, check_agreement, resolve
 from quad_core.rich_display import flight_html
-from quad_dynamics import link
-from quad_dynamics.simulated_vehicle import RandomStreams
+from quad_dynamics.simulated_vehicle import RandomStreams, link_init
 from quad_flight import loop, rows
 from quad_flight.engine import Engine, EngineError, Modules, compiled_engine, explain, python_engine, signs_of_life
 from quad_flight.loop import LoopState, Schedule, Setup, Start, take_off
@@ -160,7 +159,7 @@ def _fly(flight: Flight, engine: Engine, logging: bool) -> Result:
     setup = flight.setup._replace(has_ground=has_ground(plant), stands=stands(plant))
     flight = flight._replace(setup=setup)
     sensing_line, sensing = flight.modules.sensing.init(setup.sensing, schedule.plant_period)
-    link_line, linked = link.init()
+    link_line, linked = link_init()
     memory = PerStage(
         *(module.init(own, setup.vehicle) for module, own in zip(flight.modules.stages, setup.stages, strict=True))
     )

@@ -14,15 +14,15 @@ from quad_core.lift_off import airborne, standing
 from quad_core.node_parameters import GuardParameters
 from quad_core.types import Actuation, Disturbance, TrajectoryPoint, VehicleState, with_ground
 from quad_core.vehicle import Vehicle
-from quad_dynamics.link import Memory as LinkMemory
-from quad_dynamics.simulated_vehicle import Memory as VehicleMemory
 from quad_dynamics.simulated_vehicle import (
+    LinkMemory,
     RandomStreams,
     SimulatedVehicle,
     VehicleFunctions,
     receive,
     sensing_is_active,
 )
+from quad_dynamics.simulated_vehicle import Memory as VehicleMemory
 from quad_flight.score import NOTHING_SCORED, Score, scored, with_torque_change
 from quad_guard.checks import StateSample
 from quad_guard.ending import is_down

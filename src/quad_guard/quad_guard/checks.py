@@ -116,7 +116,7 @@ def sample_refusal(
     ``last`` is the sample accepted at ``last_step``; before the first one ``last_step`` is negative, and nothing can
     have jumped. ``turned`` has the attitude that is expected: ``last``, or that as measured body rates have turned it
     up to ``turned_step``. ``frozen``: it repeats ``last`` although a live vehicle would show a change
-    (``quad_guard.frozen``).
+    (``quad_guard.state``).
     """
     state = sample.state
     if not is_flyable(state):

@@ -12,8 +12,9 @@ from quad_core.geometry import normalized
 from quad_core.node_parameters import CommandLimits, StateLimits, StepLimits
 from quad_core.types import Quat, Vec3, VehicleState, Wrench
 from quad_core.vehicle import Layout, Vehicle
-from quad_guard import checks, frozen
+from quad_guard import checks
 from quad_guard.checks import WrenchCommand
+from quad_guard.state import COARSEST_GRAIN, finer
 
 BAD = (math.nan, math.inf, -math.inf)
 
@@ -196,7 +197,7 @@ def test_a_coarse_estimate_that_does_not_follow_the_thrust_is_frozen():
 
 def test_a_number_that_stays_the_same_does_not_tell_its_grain():
     state = flying()
-    assert frozen.finer(frozen.COARSEST_GRAIN, state, state) == frozen.COARSEST_GRAIN
+    assert finer(COARSEST_GRAIN, state, state) == COARSEST_GRAIN
 
 
 def test_a_vehicle_that_stands_on_the_ground_may_repeat_itself():

@@ -37,7 +37,7 @@ from quad_core.command_line import Parser
 from quad_core.parameter_files import overrides_for, read_parameter_file
 from quad_core.parameters import ParameterError, Value
 from quad_px4 import messages
-from quad_px4.autopilot import ARMED, EXTERNAL1, MODE_LOSS, OFFBOARD, mode_name
+from quad_px4.messages import ARMED, EXTERNAL1, MODE_LOSS, OFFBOARD, mode_name
 from quad_px4.parameters import PX4
 
 OUT = (

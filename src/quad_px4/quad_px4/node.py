@@ -29,8 +29,8 @@ from quad_guard.checks import StateSample, WrenchCommand
 from quad_node.codec import Stamped
 from quad_node.main import run
 from quad_px4 import mapping, messages
-from quad_px4.autopilot import LOSS_ADVICE, MODE_LOSS, PROFILE, Flags, autopilot, mode_name
 from quad_px4.external_mode import ExternalMode
+from quad_px4.messages import LOSS_ADVICE, MODE_LOSS, PROFILE, Flags, autopilot, mode_name
 from quad_px4.parameters import PX4, AirframeParameters, ChosenBy, Mode
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from quad_core.types import LinkFault, Vec3, Wrench
-from quad_dynamics import link
+from quad_dynamics.simulated_vehicle import link_init, link_step
 
 DT = 0.002
 
@@ -13,8 +13,8 @@ def sent(k):
     return Wrench(float(k), Vec3(0.1 * k, -0.1 * k, 0.01 * k))
 
 
-def flown(faults, step=link.step):
-    (line, memory), seen = link.init(), []
+def flown(faults, step=link_step):
+    (line, memory), seen = link_init(), []
     memory = memory._replace(wrench=Wrench(-1.0, Vec3(0.0, 0.0, 0.0)))
     for k, fault in enumerate(faults):
         memory = step(line, memory, fault, sent(k), k - k % 3, k, DT)
@@ -34,7 +34,7 @@ def newest_arrived(faults):
 
 def test_a_perfect_link_passes_the_command_itself():
     command = sent(3)
-    memory = link.step(*link.init(), LinkFault(), command, 3, 3, DT)
+    memory = link_step(*link_init(), LinkFault(), command, 3, 3, DT)
     assert memory.wrench is command
     assert (memory.last, memory.answered) == (-2, 3)
 
