@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from quad_core.cascade import VEHICLE_INTERFACES
 from quad_core.parameter_files import StrictLoader, read_parameter_file
 from quad_core.parameters import ParameterError, Real, Value
 from quad_core.resolution import resolve
@@ -213,7 +214,9 @@ def _condition(place: str, entry: Any) -> Overrides:
         raise ParameterError(f"{place}: found {entry!r}, expected node: {{...}}, vehicle: NAME, levels: [NAME, ...]")
     parts: list[tuple[str, Any]] = []
     if "vehicle" in entry:
-        parts += read_parameter_file(set_up.shipped_file(set_up.VEHICLES, entry["vehicle"])).items()
+        sections = read_parameter_file(set_up.shipped_file(set_up.VEHICLES, entry["vehicle"])).items()
+        # a vehicle's file may say what a bridge to it needs
+        parts += [each for each in sections if each[0].rpartition("/")[2] not in VEHICLE_INTERFACES]
     known = yaml.load((Path(__file__).with_name("levels.yaml")).read_text(encoding="utf-8"), StrictLoader)
     for level in entry.get("levels", ()):
         if level not in known:

@@ -8,6 +8,7 @@ import yaml
 
 from quad_core import plugins
 from quad_core.parameters import ParameterError
+from quad_flight import set_up
 
 pytestmark = pytest.mark.skipif(
     "se3" not in plugins.names(plugins.POSITION_LAW), reason="plug-ins are not installed: run scripts/setup"
@@ -153,9 +154,11 @@ def test_parts_are_shared_and_a_controller_wins(tmp_path):
 
 
 def test_conditions_act_in_every_flight_and_a_controller_wins(tmp_path):
-    asked = content()
+    asked, mine = content(), tmp_path / "mine.yaml"
+    x500 = set_up.shipped_file(set_up.VEHICLES, "x500").read_text()
+    mine.write_text(x500 + "/**/px4_bridge:\n  ros__parameters: {airframe: {thrust_curve: 0.9}}\n")  # as identified
     asked["tuning"]["conditions"] = {
-        "late": {"levels": ["delay", "lag"], "vehicle": "x500", "simulator": {"rigid_body.mass_error": 0.1}},
+        "late": {"levels": ["delay", "lag"], "vehicle": str(mine), "simulator": {"rigid_body.mass_error": 0.1}},
         "rough": {"attitude_controller": {"itsm.torque.roll": 2.0, "itsm.switching": "sign"}, "levels": ["step"]},
     }
     asked["controllers"]["mine"]["fixed"]["position_controller"] = {"prediction.enabled": True}
