@@ -235,8 +235,8 @@ def _report(options: argparse.Namespace) -> int:
     """Write a flight as a self-contained, interactive HTML page: verdict, playback, figures, metrics, events.
 
     Several flights of one trajectory come into one page, comparison.html in this directory or in --out, all in the
-    same figures. Every figure has a button that saves it as SVG. Exit code 1: a verdict is unknown, for a bag is no
-    whole record of one flight.
+    same figures. Every figure has a button that saves it as SVG. Exit code 1: a bag is no whole record of one flight,
+    or lacks what its verdict needs.
 
     log report flights/case1-1-1                  writes flights/case1-1-1/report.html
     log report flights/a flights/b --names proposed,pid --out results    writes results/comparison.html
@@ -252,7 +252,8 @@ def _report(options: argparse.Namespace) -> int:
         path = (options.out or Path()) / "comparison.html"
         print(text.table(names, [measured(flight) for flight in flights], notes=list(map(truth_note, flights))))
     print(write_page(page, path))
-    return 1 if page.verdict is not None and page.verdict[0] == "unknown" else 0
+    is_part = any(failed_checks(flight, RECORD) for flight in flights)
+    return 1 if is_part or (page.verdict is not None and page.verdict[0] == "unknown") else 0
 
 
 def _names(options: argparse.Namespace, flights: Sequence[Flight]) -> list[str]:

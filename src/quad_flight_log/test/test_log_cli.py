@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+from pathlib import Path
 
 import drawn_flights
 import flight_samples
@@ -160,6 +161,19 @@ def test_metrics_of_a_cut_bag_say_that_it_is_cut(flown_bag, tmp_path, capsys):
     assert "cut.mcap: the bag is cut (ends within a record" in out
     assert "ends within a record" in json.loads(run(capsys, "metrics", cut, "--json")[1])[0]["note"]
     assert json.loads(run(capsys, "metrics", flown_bag, "--json")[1])[0]["note"] == ""
+
+
+def test_a_report_of_a_part_of_a_flight_ends_with_one_also_where_the_part_has_failed(tmp_path, capsys):
+    sent = drawn_flights.messages(drawn_flights.tables(260))
+    bag = tmp_path / "bag"
+    flight_samples.write_bag(bag, sent, notes={"limit.position_rmse": "0.01"}, pause_every=500)
+    (path,) = bag.glob("*.mcap")
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(path.read_bytes()[: path.stat().st_size * 9 // 10])
+    whole, part = (run(capsys, "report", one, "--out", tmp_path / "out") for one in (bag, cut))
+    for code, out, expected in ((*whole[:2], 0), (*part[:2], 1)):
+        assert code == expected
+        assert "position_rmse: found 0.374" in Path(out.strip()).read_text(encoding="utf-8")
 
 
 def test_an_interrupt_is_one_line(flown_bag, capsys, monkeypatch):
