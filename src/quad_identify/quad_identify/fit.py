@@ -130,7 +130,7 @@ def fitted(model: Model, begin: Floats | None = None, report: Report = lambda _:
         error = np.sqrt(np.mean(model.residuals(p) ** 2, axis=(1, 2)))
         keep = error < OUTLIER * np.median(error)
     model.scale = np.where(silent, 1e9, weight * np.maximum(_left(model, p)[keep].std(axis=(0, 1)), 1e-6))
-    covariance, quantile = _covariance(model, p, free, keep, repeats)
+    covariance, quantile = covariance_of(model, p, free, keep, repeats)
     model.scale, model.lasting = np.ones(6), np.zeros(3)
     left = _left(model, p)[keep]
     model.scale = np.maximum(left.std(axis=(0, 1)), 1e-6)
@@ -228,7 +228,7 @@ def _slopes(cost: Callable[[Floats], Floats], x: Floats, timing: NDArray[np.bool
     return out
 
 
-def _covariance(
+def covariance_of(
     model: Model, p: Floats, free: NDArray[np.int64], keep: NDArray[np.bool_], belief: float
 ) -> tuple[Floats, float]:
     """Return the covariance of all parameters (0 where fixed) and the quantile of 95 %."""
@@ -238,7 +238,9 @@ def _covariance(
         full[free] = x
         return np.append(model.residuals(full)[keep].ravel(), _belief(full, belief))
 
-    slopes = _slopes(outputs, p[free], np.isin(free, TIMING))
+    at = p.copy()
+    at[TIMING[0]] = max(p[TIMING[0]], *(grid.fine_step for grid in model.grids))  # a lag within a sample has no slope
+    slopes = _slopes(outputs, at[free], np.isin(free, TIMING))
     left = outputs(p[free])
     believed = slopes[-BELIEFS:].T @ slopes[-BELIEFS:]
     windows = int(keep.sum())

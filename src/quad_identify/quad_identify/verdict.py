@@ -7,6 +7,7 @@ import numpy as np
 
 from quad_identify.fit import MOVES, OF_AXIS, Fit
 from quad_identify.model import AT, BOUNDS, NAMES, Model, effectiveness
+from quad_identify.prediction import GRAVITY
 from quad_identify.record import NEAR_GROUND, WINDOW, Floats, smoothed
 
 ROTATION_RATE = 225.0  # Hz of motors and gyro: 250 less what clocks are off
@@ -19,7 +20,7 @@ SLOW = 2.0 * NEAR_GROUND  # s over which a thrust that changes is a battery that
 TURNS = 0.0175  # rad/s within a window (1 deg/s): an axis that turns less was not flown, whatever moved it
 WEAK = 0.85  # effectiveness below which a rotor is named
 PUSHED = 2.0  # standard deviation of a timing over lag and delay, per share of the motion that pushes made
-COUPLED = 0.12  # of lasting force errors: standard deviation of the share that goes with the velocity
+COUPLED = 0.12  # of lasting force errors: standard deviation of the share that goes with velocity or voltage
 CENTRE = 0.05  # arms: how far the centre of gravity may be off where only the trim tells
 TORQUES = ("roll_torque_per_inertia", "pitch_torque_per_inertia", "yaw_torque_per_inertia")
 INERTIAS = ("inertia_xx", "inertia_yy", "inertia_zz")
@@ -171,7 +172,8 @@ def _curve(e: Evidence) -> dict[str, Parameter]:
         out[name] = _one(name, (value, wide * half), limit, against, why, FLY_THRUST, low)
     sag = e.model.voltage_range()
     if AT["thrust_battery"] in e.model.free():
-        value, half = interval(e, lambda p: float(p[AT["thrust_battery"]]))
+        taken = COUPLED * e.fit.lasting[2] / (GRAVITY * sag / np.sqrt(12.0))  # a voltage falls as evenly as errors may
+        value, half = interval(e, lambda p: float(p[AT["thrust_battery"]]), taken)
         why = f"voltage fell by {100 * sag:.0f} %"
         out["thrust_battery"] = _one("thrust_battery", (value, wide * half), 0.5, against, why, "fly longer")
     else:

@@ -74,7 +74,7 @@ def test_what_a_log_cannot_tell_is_not_told(manoeuvre, how, refused):
 def beside_the_truth(found):
     """Return which parameters are told with an interval that misses the truth by more than its half width."""
     truths = {"specific_thrust": TRUTH.specific_thrust, "rotor_time_constant": TRUTH.lag, "command_delay": TRUTH.delay}
-    truths["linear_drag"] = TRUTH.drag
+    truths |= {"linear_drag": TRUTH.drag, "thrust_battery": TRUTH.sag}
     truths |= {f"inertia_{axis * 2}": moment for axis, moment in zip("xyz", TRUTH.inertia, strict=True)}
     truths["rotor_effectiveness"] = TRUTH.effectiveness
     told = {name: found[name] for name in truths if found[name].told}
