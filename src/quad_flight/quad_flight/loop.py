@@ -34,8 +34,7 @@ from quad_guard.guard import step as guard_step
 FLYING = 0
 ENDED = 1
 DIVERGED = 2
-REFUSED = 3
-"""A law gave or remembered a number that is not finite: over ROS it would not have been published."""
+REFUSED = 3  # a law gave or remembered a number that is not finite: over ROS it would not have been published
 TAKEN_OVER = 4  # the guard took the vehicle from the controller; the flight ended when it was down, or with the plan
 INFEASIBLE = 5  # the flight went on to its end, but the reference had asked for more than the vehicle has
 

@@ -15,8 +15,7 @@ from quad_core.records import dtype_of, leaves
 from quad_flight.loop import Row, Schedule
 
 Write = Callable[[NDArray[np.float64], int, Row], None]
-Block = tuple[int, NDArray[np.float64]]
-"""First plant step and rows of a part of a flight."""
+Block = tuple[int, NDArray[np.float64]]  # first plant step and rows of a part of a flight
 
 
 @cache

@@ -64,8 +64,7 @@ _FLOOR = """
 _FOOT = """
       <geom type="sphere" size="{size!r}" pos="{foot.x!r} {foot.y!r} {centre!r}" mass="0"
             friction="{friction!r} 0 0"/>"""
-_FOOT_SIZE = 0.01
-"""Radius of a foot, m; its lowest point is where the foot is said to be."""
+_FOOT_SIZE = 0.01  # radius of a foot, m; its lowest point is where the foot is said to be
 _VEHICLE = 1  # index of the vehicle among the bodies of the model; 0 is the world
 
 

@@ -52,8 +52,7 @@ IN = (
 """The messages of the link, from PX4 and to it; some px4_msgs lack some."""
 SIDE = "link_check"  # namespace of the flight's side of the relay
 FAULTS = ("bridge killed", "bridge stopped", "controller killed", "agent killed", "link cut", "state frozen")
-LIMIT = "limit"
-"""What --only calls the flight that must be refused."""
+LIMIT = "limit"  # what --only calls the flight that must be refused
 MODES = ("offboard", "external")
 LIMITS = {"offboard": 0.25, "external": MODE_LOSS}
 """s within which PX4 must fly itself: loss_limit of the bridge; four arming checks."""

@@ -115,8 +115,7 @@ _FIELDS = {
     "BatteryStatus": "connected remaining",
     "FailsafeFlags": "timestamp offboard_control_signal_lost",
 }
-NEEDED = {name: tuple(fields.split()) for name, fields in _FIELDS.items()}
-"""{message: the fields that the bridge uses}."""
+NEEDED = {name: tuple(fields.split()) for name, fields in _FIELDS.items()}  # {message: the fields that the bridge uses}
 
 RELEASES = {(0, 0, 0): "1.15", (1, 0, 0): "1.16", (1, 1, 0): "1.17", (4, 1, 1): "1.18"}
 """{versions of VehicleStatus, VehicleAttitudeSetpoint, VehicleCommandAck: release}."""

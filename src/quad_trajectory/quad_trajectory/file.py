@@ -36,8 +36,7 @@ from quad_trajectory.waypoints import FARTHEST
 
 NEEDED = ("t", "x", "y", "z")
 OPTIONAL = ("yaw", "vx", "vy", "vz", "ax", "ay", "az")
-FEWEST_ROWS, MOST_ROWS = 4, 200_000
-"""Fewer positions do not tell the path of least snap from others."""
+FEWEST_ROWS, MOST_ROWS = 4, 200_000  # fewer positions do not tell the path of least snap from others
 KNOTS = 2.5  # time between two knots over the smoothing, where the file's own steps are shorter
 SAMPLES = 8  # instants of each segment at which the limits are checked
 REST = 0.1  # m/s, below which a path ends at rest

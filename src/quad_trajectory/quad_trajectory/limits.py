@@ -67,8 +67,7 @@ def yaw_turn(limits: MotionLimits, shaping: int, first: float, last: float, time
 
 
 SAMPLES = 100
-BLOCK = 16
-"""Durations that are judged at once."""
+BLOCK = 16  # durations that are judged at once
 Durations = NDArray[np.float64]
 Motion = Callable[[Any], tuple[Polynomial, ...]]
 

@@ -99,8 +99,7 @@ def along(path: Table, t: float) -> TrajectoryPoint:
 
 MOST_POINTS = 32
 FARTHEST = 1e4
-CLOSEST = 0.01
-"""m; between two waypoints, below which the path between them is no path."""
+CLOSEST = 0.01  # m; between two waypoints, below which the path between them is no path
 
 _NUMBER = re.compile(r"[+-]?\d+(\.\d+)?|[+-]?\.\d+", re.ASCII)
 _TURN = 2.0 * math.pi

@@ -35,8 +35,7 @@ AXES = {
 }
 """{axis: (number of the pair's answers, unit, flag of its limit)}."""
 EXCHANGED = (("roll", "pitch"), ("torque x", "torque y", "torque z"))
-TILT, THRUST = 35.0, 0.5
-"""The envelope: tilt in deg, and by which part of the weight thrust may differ from it."""
+TILT, THRUST = 35.0, 0.5  # the envelope: tilt in deg, and by which part of the weight thrust may differ from it
 ANEW = 1_000_000_000  # ns after which the memory begins again
 LONGEST_LAG = 0.25  # s
 TARGET = "attitude_target"
