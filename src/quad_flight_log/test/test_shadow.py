@@ -159,7 +159,7 @@ def test_the_plant_goes_on_as_the_flight_did(calm, tmp_path):
 @pytest.mark.parametrize(
     ("leave_out", "command", "lack"),
     [("reference", "shadow", "no reference"), ("motors", "shadow", "no motors"), ("motors", "refly", "no motors"),
-     ("velocity", "refly", "no state"), ("", "shadow", "no vehicle")],
+     ("position", "refly", "no state"), ("", "shadow", "no vehicle")],
 )  # fmt: skip
 def test_what_a_bag_lacks_is_said_by_name(flown, tmp_path, capsys, leave_out, command, lack):
     bag = imported(flown, tmp_path, leave_out=leave_out)
