@@ -162,15 +162,16 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Flight
     if outcome.cause.startswith("interrupted") or not text:
         # What was not flown cannot be measured, and that is no fault of the flight.
         problems = [problem for problem in problems if "found not available" not in problem]
-    ends = {role: f"{_named(flight, role)} {describe_exit(code)}" for role, code in processes.codes.items() if code}
+    ends = {role: f"{_named(flight, role)} {describe_exit(code)}" for role, code in processes.codes.items()}
+    bad = [role for role, code in processes.codes.items() if code]
     if not problems:
-        problems = [end for role, end in ends.items() if role not in (*SHADOWS, *outcome.late)]
+        problems = [ends[role] for role in bad if role not in (*SHADOWS, *outcome.late)]
         verdict = "failed" if problems else "good"
     if early and seen is not None and is_over(seen):
         until = seconds(stamp_ns(seen.stamp), 1)
         problems.insert(0, f"the flight itself went on to {until:.2f} s: {seen.reason or PHASES[seen.state]}")
     lines = [f"{role} hung while it left, after the flight had ended, and was stopped" for role in outcome.late]
-    lines += [f"{ends[role]}; the flight does not depend on it" for role in set(ends) & set(SHADOWS)]
+    lines += [f"{ends[role]}; the flight does not depend on it" for role in set(bad) & set(SHADOWS)]
     for line in (*lines, *problems):
         complain(f"{flight.name}: {line}")
     for role, end in ends.items():
