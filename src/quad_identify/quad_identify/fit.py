@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import t as student
 
-from quad_identify.model import AT, BOUNDS, NAMES, Model
+from quad_identify.model import AT, BOUNDS, NAMES, STILL, Model
 from quad_identify.record import WINDOW, Floats
 
 LAGS = np.array([0.002, 0.01, 0.02, 0.035, 0.05, 0.07, 0.1])  # s
@@ -121,6 +121,8 @@ def fitted(model: Model, begin: Floats | None = None, report: Report = lambda _:
             explained = _explained(model, keep, p)
             model.lasting, _ = _lasting(left[keep][:, :, :3])
             silent[3:], weight[3:] = explained[3:] < SILENT, np.where(explained[3:] < MOVES, DOUBT, 1.0)
+            for axis in np.flatnonzero(silent).tolist():
+                p[AT[OF_AXIS[axis][0]]] = STILL
             gone = {name for axis in np.flatnonzero(silent).tolist() for name in OF_AXIS[axis]}
             free = np.array([index for index in free if NAMES[index] not in gone])
         scale = np.maximum(np.sqrt(np.mean(model.residuals(p)[keep] ** 2, axis=(0, 1))), 1e-6)

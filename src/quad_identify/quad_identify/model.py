@@ -36,6 +36,8 @@ BOUNDS = {
     **{f"damping_{axis}": (-20.0, 0.1) for axis in "xyz"},  # air turns no body faster
 }
 
+STILL = 1e-9  # 1/m: torque per inertia of an axis that no motor explains; its rate stays what it is
+
 
 class Lagged(NamedTuple):
     """Lagged commands of a block, shape (n, 4): mean, mean square, rate of change in 1/s.
@@ -170,6 +172,7 @@ class Model:
         j_x, j_y, j_z = self.inertias(p)
         alpha[:, 0] -= j_z / j_x * spin * w[:, 1]
         alpha[:, 1] += j_z / j_y * spin * w[:, 0]
+        alpha[:, np.abs(b) <= STILL] = 0.0
         return force, alpha
 
     def inertias(self, p: Floats) -> tuple[float, float, float]:

@@ -10,7 +10,8 @@ from samples import log_of
 from simulated import Manoeuvre, Noise, Truth
 
 from quad_identify.identify import identify
-from quad_identify.record import RecordError
+from quad_identify.model import Model
+from quad_identify.record import RecordError, gridded
 
 TRUTH = Truth(effectiveness=(1.03, 0.95, 1.04, 0.98))
 LEVER = TRUTH.arm * math.sqrt(0.5)
@@ -139,6 +140,17 @@ def test_errors_are_measured_on_what_the_fit_has_not_seen_beside_hold_last_and_a
         "identified",
         "prior",
     }
+
+
+def test_an_axis_that_no_motor_explains_is_predicted_to_turn_on_as_it_does():
+    log = log_of()
+    rates = log.body_rates.values.copy()
+    rates[:, 0] = np.sin(7.0 * log.body_rates.t)  # as where rotors of unlike strength are not in the log
+    moved = log._replace(body_rates=log.body_rates._replace(values=rates))
+    fit = identify([moved], judge=False).fit
+    _, alpha = Model(gridded(moved)).force_and_acceleration(fit.p, 0)
+    assert not alpha[:, 0].any()
+    assert np.ptp(alpha[:, 1]) > 1.0
 
 
 def test_no_motors_that_move_are_no_flight():
