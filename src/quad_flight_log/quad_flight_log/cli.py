@@ -92,6 +92,7 @@ def _metrics(options: argparse.Namespace) -> int:
         print(json.dumps([{"flight": name, **item._asdict(), "note": note} for name, item, note in rows], indent=2))
     elif options.csv or options.latex:
         print((text.csv_table if options.csv else text.latex_table)(names, values))
+        sys.stderr.write("".join(f"{name}: {note}\n" for name, note in zip(names, notes, strict=True) if note))
     else:
         print(text.table(names, values, notes=notes))
     return 1 if any(faults) else 0
@@ -252,8 +253,10 @@ def _report(options: argparse.Namespace) -> int:
         path = (options.out or Path()) / "comparison.html"
         print(text.table(names, [measured(flight) for flight in flights], notes=list(map(truth_note, flights))))
     print(write_page(page, path))
-    is_part = any(failed_checks(flight, RECORD) for flight in flights)
-    return 1 if is_part or (page.verdict is not None and page.verdict[0] == "unknown") else 0
+    faults = [fault for flight in flights for fault in failed_checks(flight, RECORD)]
+    if not faults and page.verdict is not None and page.verdict[0] == "unknown":
+        faults = [page.verdict[1]]
+    return _complain("report", f"no verdict: {'; '.join(faults)}", 1) if faults else 0
 
 
 def _names(options: argparse.Namespace, flights: Sequence[Flight]) -> list[str]:

@@ -160,6 +160,7 @@ def test_metrics_of_a_cut_bag_say_that_it_is_cut(flown_bag, tmp_path, capsys):
     assert code == 1
     assert "cut.mcap: the bag is cut (ends within a record" in out
     assert "ends within a record" in json.loads(run(capsys, "metrics", cut, "--json")[1])[0]["note"]
+    assert "cut.mcap: the bag is cut (ends within a record" in run(capsys, "metrics", cut, "--latex")[2]
     assert json.loads(run(capsys, "metrics", flown_bag, "--json")[1])[0]["note"] == ""
 
 
@@ -171,8 +172,9 @@ def test_a_report_of_a_part_of_a_flight_ends_with_one_also_where_the_part_has_fa
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(path.read_bytes()[: path.stat().st_size * 9 // 10])
     whole, part = (run(capsys, "report", one, "--out", tmp_path / "out") for one in (bag, cut))
-    for code, out, expected in ((*whole[:2], 0), (*part[:2], 1)):
+    for (code, out, err), expected in ((whole, 0), (part, 1)):
         assert code == expected
+        assert ("no verdict: the bag is cut" in err) == bool(expected)
         assert "position_rmse: found 0.374" in Path(out.strip()).read_text(encoding="utf-8")
 
 

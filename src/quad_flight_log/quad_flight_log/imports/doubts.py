@@ -12,6 +12,7 @@ from quad_flight_log.imports.maps import Recording, Signal
 
 Floats = NDArray[np.float64]
 GRAVITY = 9.81
+STEEPEST = 30.0  # deg between body z and thrust as the median of a flight: more is another frame or order
 MOST = 200_000  # moments at which two signals are compared, so that a damaged time takes no memory
 
 
@@ -26,6 +27,8 @@ def doubts(recording: Recording) -> list[str]:
         found += _gravity(force)
     if rates is not None and attitude is not None:
         found += _rates(rates, attitude)
+    if attitude is not None and position is not None and force is None:
+        found += _upright(attitude, position)
     if velocity is not None and position is not None:
         found += _velocity(velocity, position)
     if force is not None and velocity is not None and attitude is not None:
@@ -97,6 +100,29 @@ def _rates(rates: Signal, attitude: Signal) -> list[str]:
     return _compared(
         "body_rates", "the change of attitude", _mean_over(rates, t), body, {"in the world frame": world}, 0.1
     )
+
+
+def _upright(attitude: Signal, position: Signal) -> list[str]:
+    """Return a doubt where body z is not along the thrust that the motion needs, as the median of the flight."""
+    t = _both(position, attitude)
+    if not len(t):
+        return []
+    speed = position._replace(t=t, values=_derivative(position, t, 0.2))
+    needed = _derivative(speed, t, 0.2) + np.array([0.0, 0.0, GRAVITY])
+    needed /= np.linalg.norm(needed, axis=1)[:, None]
+    at = np.searchsorted(attitude.t, t)
+
+    def off(quaternions: Floats) -> float:
+        up = Rotation.from_quat(quaternions[at]).apply([0.0, 0.0, 1.0])
+        return float(np.degrees(np.median(np.arccos(np.clip((up * needed).sum(axis=1), -1.0, 1.0)))))
+
+    found, reordered = off(attitude.values), off(attitude.values[:, [1, 2, 3, 0]])
+    if found < STEEPEST:
+        return []
+    hint = f"; read as w, x, y, z it is {reordered:.0f} deg" if reordered < STEEPEST else ""
+    return [
+        f"attitude: body z is {found:.0f} deg off the thrust that the motion needs, expected below {STEEPEST:.0f}{hint}"
+    ]
 
 
 def _velocity(velocity: Signal, position: Signal) -> list[str]:

@@ -209,7 +209,7 @@ def _signal(name: str, table: Table, entry: Mapping[str, Any], content: Mapping[
 def derivative(t: Floats, values: Floats, order: int) -> Floats:
     """Return the derivative of ``values`` at ``t`` by differences over _SPANS; 0 next to a step, a gap and the ends."""
     steps = np.diff(t, prepend=t[:1])
-    span = max(_SPANS[order], 1.01 * float(np.median(steps)))
+    span = span_of(t, order)
     jumped = np.linalg.norm(np.diff(values, axis=0, prepend=values[:1]), axis=1) > _FASTEST * steps
     breaks = np.cumsum(jumped | (steps > 2.0 * span))
     before, after = (np.stack([np.interp(t + s * span, t, column) for column in values.T], 1) for s in (-1.0, 1.0))
@@ -219,11 +219,16 @@ def derivative(t: Floats, values: Floats, order: int) -> Floats:
     return np.where((whole & (low == high))[:, None], found, 0.0)
 
 
+def span_of(t: Floats, order: int = 1) -> float:
+    """Return the s to both sides over which a signal at ``t`` is differentiated."""
+    return max(_SPANS[order], 1.01 * float(np.median(np.diff(t))))
+
+
 def turning(t: Floats, attitude: Floats) -> Floats:
     """Return body rates in rad/s as attitudes (quaternions xyzw) change, by differences over _SPANS; 0 at the ends."""
     from scipy.spatial.transform import Rotation
 
-    span = max(_SPANS[1], float(np.median(np.diff(t))))
+    span = span_of(t)
     first, last = (np.searchsorted(t, t + side * span).clip(0, len(t) - 1) for side in (-1.0, 1.0))
     turned = (Rotation.from_quat(attitude[first]).inv() * Rotation.from_quat(attitude[last])).as_rotvec()
     elapsed = t[last] - t[first]

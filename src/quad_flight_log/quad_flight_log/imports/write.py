@@ -25,7 +25,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from quad_core.types import VehicleState
 from quad_flight_log.bag.writer import BagWriter, Definition
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.imports.maps import MOVES, Recording, Signal, derivative, turning
+from quad_flight_log.imports.maps import MOVES, Recording, Signal, derivative, span_of, turning
 
 Floats = NDArray[np.float64]
 _ACTUATORS = "std_msgs/Header header\nfloat64[] position\nfloat64[] velocity\nfloat64[] normalized\n"
@@ -164,10 +164,12 @@ def _states(recording: Recording) -> list[tuple[int, str, Any]]:
         return []
     attitude, position = (recording.signals[name] for name in ("attitude", "position"))
     made = {
-        "velocity": position._replace(values=derivative(position.t, position.values, 1)),
-        "body_rates": attitude._replace(values=turning(attitude.t, attitude.values)),
+        "velocity": _inner(position._replace(values=derivative(position.t, position.values, 1))),
+        "body_rates": _inner(attitude._replace(values=turning(attitude.t, attitude.values))),
     }
     others = [position, *(recording.signals.get(name, found) for name, found in made.items())]
+    if not all(len(each.t) for each in others):
+        return []
     inside = (attitude.t >= max(each.t[0] for each in others)) & (attitude.t <= min(each.t[-1] for each in others))
     t = attitude.t[inside]
     p, v, w = (_between(each, t) for each in others)
@@ -177,6 +179,13 @@ def _states(recording: Recording) -> list[tuple[int, str, Any]]:
         message = kind(stamp=_time(ns), step=step, run=0, **(rest | known))
         out.append((ns, "state", message))
     return out
+
+
+def _inner(signal: Signal) -> Signal:
+    """Return a change without the ends, where there is none."""
+    span = span_of(signal.t)
+    inside = (signal.t >= signal.t[0] + span) & (signal.t <= signal.t[-1] - span)
+    return Signal(signal.t[inside], signal.values[inside], signal.source)
 
 
 def _references(recording: Recording) -> list[tuple[int, str, Any]]:
