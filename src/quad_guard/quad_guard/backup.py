@@ -8,8 +8,8 @@ with b the body z axis, d its desired direction (both unit, world frame), w and 
 s what a thrust gives over what it should give, h the height that is left; a acts on what sinks faster than v_touch.
 It stops first and sinks then: v_ref is -descent_speed below walking pace and a quarter of it above. Without a heading
 that can be trusted d is vertical and it sinks at once. With body rates alone f is a fixed share of the weight too.
-Without any state it flies on the prediction and loses no time, for an unseen torque turns it with the square of the
-time: it falls, unless it was off trim, and brakes late:
+Without any state it flies on the prediction. After 0.3 s it loses no time, for an unseen torque turns it with the
+square of the time: it falls, unless it was off trim, and brakes late:
 
     v_ref = -sqrt(v_touch^2 + 2 a h),   a = BRAKE_SHARE of the largest deceleration.
 
@@ -48,9 +48,10 @@ LEAST_SINK = 0.25
 BRAKE_SHARE, FALL_BANDWIDTH, TOUCH_SPEED, TOUCH_HEIGHT, LEAST_WAY = 0.7, 30.0, 0.8, 0.1, 0.02
 """A fall is braked with this share of the largest deceleration, within so many rad/s, to a speed in m/s so many m above
 the ground; with a state, as the way in m that is left demands."""
+PATIENCE = 0.3  # s without a body rate before a vehicle falls: a state back within 1 s finds it high enough to brake
 OFF_TRIM = 0.04
 """Unknown roll and pitch torque, in hover torques of one rotor, beyond which a vehicle without state does not fall."""
-UNSEEN_ACCELERATION, WIDEST = 2.0 / 3.0, math.radians(70.0)
+UNSEEN_ACCELERATION, WIDEST = 2.0 / 3.0, math.radians(85.0)
 """rad/s^2 that turn a vehicle unseen (one standard deviation of the paper's), and the tilt in rad that ends thrust."""
 
 
@@ -158,7 +159,8 @@ def descent_thrust(
         unknown = known.unknown.torque
         tilting = math.sqrt(unknown.x * unknown.x + unknown.y * unknown.y)
         off_trim = tilting > OFF_TRIM * 0.25 * weight * vehicle.arm_length
-        low = min(known.thrust, mass * vehicle.gravity) if off_trim else FALLING_THRUST * weight
+        waits = off_trim or known.unseen < PATIENCE
+        low = min(known.thrust, mass * vehicle.gravity) if waits else FALLING_THRUST * weight
         lift, bandwidth = 0.0, FALL_BANDWIDTH
         if height > TOUCH_HEIGHT:
             braking = BRAKE_SHARE * max(high / mass - vehicle.gravity, 0.0)

@@ -26,7 +26,7 @@ def state(height=5.0, v=(0.0, 0.0, 0.0), angles=(0.0, 0.0, 0.0), omega=(0.0, 0.0
 
 def wrench(sight=Sight.SEES, memory=FRESH, vehicle=VEHICLE, known=(), **changes):
     seen = state(**changes)
-    known = Known(sight, 0.2, NO_UNKNOWN_TORQUE, 1.0, WEIGHT)._replace(**dict(known))
+    known = Known(sight, 0.31, NO_UNKNOWN_TORQUE, 1.0, WEIGHT)._replace(**dict(known))
     return descend(RULE, vehicle, memory, seen, seen.p_w.z, known, 0.002)[0]
 
 
@@ -107,6 +107,12 @@ def test_without_any_state_what_is_off_trim_keeps_the_thrust_of_before(share, be
     assert wrench(Sight.BLIND, known=known).thrust == pytest.approx(expected * WEIGHT)
 
 
+def test_without_any_state_it_waits_for_one_before_it_falls():
+    first, late = (wrench(Sight.BLIND, known={"unseen": unseen, "thrust": 0.97 * WEIGHT}) for unseen in (0.29, 0.31))
+    assert first.thrust == pytest.approx(0.97 * WEIGHT)
+    assert late.thrust == pytest.approx(0.05 * WEIGHT)
+
+
 def test_a_state_that_returns_late_in_a_fall_is_braked_in_the_height_that_is_left():
     # from 1.5 to 0.8 m/s in 0.2 m: (2.25 - 0.64) / 0.4 m/s^2 beside 4 (1.5 - 0.8)
     late = wrench(height=0.3, v=(0.0, 0.0, -1.5))
@@ -122,9 +128,9 @@ def test_a_fall_is_braked_to_the_speed_that_it_aims_at():
     assert speed == pytest.approx(0.8, abs=0.05)
 
 
-@pytest.mark.parametrize(("unseen", "stops"), [(1.91, False), (1.92, True)])
-def test_thrust_ends_when_an_unseen_torque_may_have_turned_the_vehicle_by_70_degrees(unseen, stops):
-    # sqrt(2 * 70 deg / (2 / 3 rad/s^2)) = 1.914 s
+@pytest.mark.parametrize(("unseen", "stops"), [(2.10, False), (2.12, True)])
+def test_thrust_ends_when_an_unseen_torque_may_have_turned_the_vehicle_by_85_degrees(unseen, stops):
+    # sqrt(2 * 85 deg / (2 / 3 rad/s^2)) = 2.110 s
     assert (wrench(Sight.BLIND, known={"unseen": unseen}) == Wrench(0.0, NONE)) == stops
     assert wrench(Sight.TURNS, known={"unseen": unseen}).thrust > 0.0
 

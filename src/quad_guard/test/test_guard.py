@@ -90,7 +90,9 @@ def test_a_silent_state_warns_descends_falls_and_kills():
     last = owner.step - 1
     owner.run(0.052, sample=no_state)
     assert owner.report.warning
-    owner.run(0.2, sample=no_state)
+    owner.run(0.23, sample=no_state)
+    assert 0.9 * HOVER.thrust < owner.wrench.thrust < HOVER.thrust
+    owner.run(0.03, sample=no_state)
     assert owner.wrench.thrust == pytest.approx(0.05 * HOVER.thrust)
     owner.run(2.8, sample=no_state)
     assert owner.events == [
