@@ -92,7 +92,7 @@ def _metrics(options: argparse.Namespace) -> int:
         print(json.dumps([{"flight": name, **item._asdict(), "note": note} for name, item, note in rows], indent=2))
     elif options.csv or options.latex:
         print((text.csv_table if options.csv else text.latex_table)(names, values))
-        sys.stderr.write("".join(f"{name}: {note}\n" for name, note in zip(names, notes, strict=True) if note))
+        sys.stderr.write("".join(f"{line}\n" for line in text.noted(names, notes)))
     else:
         print(text.table(names, values, notes=notes))
     return 1 if any(faults) else 0

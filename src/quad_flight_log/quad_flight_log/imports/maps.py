@@ -213,7 +213,7 @@ def derivative(t: Floats, values: Floats, order: int) -> Floats:
     jumped = np.linalg.norm(np.diff(values, axis=0, prepend=values[:1]), axis=1) > _FASTEST * steps
     breaks = np.cumsum(jumped | (steps > 2.0 * span))
     before, after = (np.stack([np.interp(t + s * span, t, column) for column in values.T], 1) for s in (-1.0, 1.0))
-    whole = (t - span >= t[0]) & (t + span <= t[-1])
+    whole = has_both_sides(t, span)
     low, high = (np.interp(t + s * span, t, breaks) for s in (-1.0, 1.0))
     found = (after - before) / (2.0 * span) if order == 1 else (after - 2.0 * values + before) / span**2
     return np.where((whole & (low == high))[:, None], found, 0.0)
@@ -224,16 +224,21 @@ def span_of(t: Floats, order: int = 1) -> float:
     return max(_SPANS[order], 1.01 * float(np.median(np.diff(t))))
 
 
+def has_both_sides(t: Floats, span: float) -> NDArray[np.bool_]:
+    """Return at which times a signal reaches ``span`` s to both sides."""
+    inside: NDArray[np.bool_] = (t - span >= t[0]) & (t + span <= t[-1])
+    return inside
+
+
 def turning(t: Floats, attitude: Floats) -> Floats:
-    """Return body rates in rad/s as attitudes (quaternions xyzw) change, by differences over _SPANS; 0 at the ends."""
+    """Return body rates in rad/s of attitudes (quaternions xyzw), by differences over _SPANS; one-sided at the ends."""
     from scipy.spatial.transform import Rotation
 
     span = span_of(t)
     first, last = (np.searchsorted(t, t + side * span).clip(0, len(t) - 1) for side in (-1.0, 1.0))
     turned = (Rotation.from_quat(attitude[first]).inv() * Rotation.from_quat(attitude[last])).as_rotvec()
     elapsed = t[last] - t[first]
-    is_whole = (t - span >= t[0]) & (t + span <= t[-1]) & (elapsed < 4.0 * span)
-    return np.where(is_whole[:, None], turned / np.maximum(elapsed, span)[:, None], 0.0)
+    return np.where((elapsed < 4.0 * span)[:, None], turned / np.maximum(elapsed, span)[:, None], 0.0)
 
 
 def _attitude(values: Floats, entry: Mapping[str, Any]) -> Floats:

@@ -25,7 +25,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from quad_core.types import VehicleState
 from quad_flight_log.bag.writer import BagWriter, Definition
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.imports.maps import MOVES, Recording, Signal, derivative, span_of, turning
+from quad_flight_log.imports.maps import MOVES, Recording, Signal, derivative, has_both_sides, span_of, turning
 
 Floats = NDArray[np.float64]
 _ACTUATORS = "std_msgs/Header header\nfloat64[] position\nfloat64[] velocity\nfloat64[] normalized\n"
@@ -183,8 +183,7 @@ def _states(recording: Recording) -> list[tuple[int, str, Any]]:
 
 def _inner(signal: Signal) -> Signal:
     """Return a change without the ends, where there is none."""
-    span = span_of(signal.t)
-    inside = (signal.t >= signal.t[0] + span) & (signal.t <= signal.t[-1] - span)
+    inside = has_both_sides(signal.t, span_of(signal.t))
     return Signal(signal.t[inside], signal.values[inside], signal.source)
 
 

@@ -41,8 +41,13 @@ def table(
 
     ``notes``: what else is to be known of the metrics of each flight, empty if nothing is.
     """
-    noted = [f"{name}: {note}" for name, note in zip(names, notes, strict=False) if note]
-    return "\n".join([aligned(metric_rows(names, metrics, limits or {}), range(1, len(names) + 1)), *noted])
+    rows = metric_rows(names, metrics, limits or {})
+    return "\n".join([aligned(rows, range(1, len(names) + 1)), *noted(names, notes)])
+
+
+def noted(names: Sequence[str], notes: Sequence[str]) -> list[str]:
+    """Return a line for each flight of which something is to be known."""
+    return [f"{name}: {note}" for name, note in zip(names, notes, strict=False) if note]
 
 
 def csv_table(names: Sequence[str], metrics: Sequence[FlightMetrics]) -> str:
