@@ -23,7 +23,7 @@ from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
 from quad_core.resolution import Resolved
 from quad_flight import set_up
-from quad_flight.set_up import Request, resolve_flight, summary, unfelt_wind
+from quad_flight.set_up import Request, left_out, resolve_flight, summary, unfelt_wind
 from quad_flight_log.analysis.flight_checks import read_limits
 from quad_flight_log.bag.notes import COMMAND
 from quad_flight_log.errors import FlightLogError
@@ -236,6 +236,8 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
     request = Request(**{**asked, "case": case, "settings": settings})
     identity = {"/**": {"flight.run_id": run_id}, RECORDER: {"directory": str(directory.resolve())}}
     nodes = resolve_flight(request, identity)
+    if remark := left_out(request):
+        complain(f"WARNING: {case}: {remark}")
     step = _opened_step(options, nodes, directory) if options.step is not None else ""
     usual = vehicle_interface.AUTOPILOT if options.vehicle_interface else summary(nodes)["start"]
     if usual not in set_up.shipped_names(set_up.LIMITS):  # the trajectory has another kind of start

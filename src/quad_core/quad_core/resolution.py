@@ -85,6 +85,10 @@ def resolve(role: str, overrides: Mapping[str, Value]) -> Resolved:
         known = "flight.*, vehicle.*, " + ", ".join(sorted(own) + [f"{plugin.name}.*" for plugin in loaded.values()])
         every = Resolved(role, flight, vehicle, node, loaded).all_fields()
         meant = nearest(stray, [field.name for field in every])
+        other = stray.partition(".")[0]
+        for slot, group in kind.slots.items():
+            if other in plugins.names(group):
+                meant = f": its {slot} is {loaded[slot].name}, not {other}"
         raise ParameterError(f"{stray}: the {role} node has no such parameter{meant}; it has {known}")
     return Resolved(role, flight, vehicle, node, loaded)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from quad_core import plugins
-from quad_core.cascade import COMMANDER, RELAY, ROLES, SHADOW, SIMULATOR, STAGES, VEHICLE_INTERFACES
+from quad_core.cascade import ALL_ROLES, COMMANDER, RELAY, ROLES, SHADOW, SIMULATOR, STAGES, VEHICLE_INTERFACES
 from quad_core.parameter_files import check_reached, dump_yaml, overrides_for, place_of, read_parameter_file
 from quad_core.parameters import ParameterError, Value, fields, flatten
 from quad_core.plugins import PluginError
@@ -65,7 +65,10 @@ class Asked(NamedTuple):
         ParameterError or PluginError naming the node and the file.
         """
         like = role.removeprefix(SHADOW)
-        values = {**defaults, **_read(self.files, like, self.namespace)}
+        read = _read(self.files, like, self.namespace)
+        for name in self.not_flown(role):
+            del read[name]
+        values = {**defaults, **read}
         for asked in (self.values.get("/**", {}), self.values.get(like, {})):
             values.update(asked)
         try:
@@ -79,6 +82,18 @@ class Asked(NamedTuple):
             place = _line_of(self.files, error) or place_of(str(error), self.files, like)
             kind = PluginError if isinstance(error, PluginError) else ParameterError
             raise kind(f"{role}: {place}{error}") from error
+
+    def not_flown(self, role: str) -> list[str]:
+        """Return which parameters in the files are of a plug-in that the files choose, and what is asked for does not.
+
+        A law's are not among them: they are gains, and without them another law flies with those of another vehicle.
+        """
+        like = role.removeprefix(SHADOW)
+        read, kind = _read(self.files, like, self.namespace), ALL_ROLES[like]
+        flown = {**read, **self.values.get(like, {}), **self.settings.get(role, {})}
+        before = {slot: read.get(slot, getattr(kind.parameters(), slot)) for slot in kind.slots if slot != "law"}
+        others = tuple(f"{name}." for slot, name in before.items() if name != flown.get(slot, name))
+        return sorted(name for name in read if name.startswith(others))
 
 
 def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]) -> dict[str, Resolved]:
@@ -118,6 +133,13 @@ def read_request(request: Request, identity: Mapping[str, Mapping[str, Value]]) 
     for path in files:  # a vehicle's file may say what a bridge to it needs
         check_reached(path, (*roles, *(VEHICLE_INTERFACES if path == files[0] else ())), request.namespace)
     return Asked(files, roles, shadows, values, settings, identity, request.namespace)
+
+
+def left_out(request: Request) -> str:
+    """Return what to say of parameters in the files that belong to what is not flown, empty without any."""
+    asked = read_request(request, {})
+    names = [f"{role}.{name}" for role in asked.roles for name in asked.not_flown(role)]
+    return f"not flown, so left out: {', '.join(names)}" if names else ""
 
 
 def following(request: Request, vehicle: Resolved) -> dict[str, dict[str, Value]]:

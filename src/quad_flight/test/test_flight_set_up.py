@@ -83,6 +83,30 @@ def test_a_wind_that_the_vehicle_does_not_feel_is_said(plant, kind):
         assert bool(said) == (not felt and kind.startswith(("wind", "gust")))
 
 
+@pytest.mark.parametrize(("asked", "named"), [
+    ({"case": "case1", "scenario": "flight", "mission": "takeoff,case1", "trajectory": "case1"}, "trajectory.case2.d"),
+    ({"case": "case2", "scenario": "flight", "settings": ["simulator.disturbance=none"]}, "simulator.timeline.events"),
+    ({"case": "case2", "scenario": "flight"}, ""),
+])  # fmt: skip
+def test_what_a_scenario_says_of_what_is_not_flown_is_left_out_and_said_and_the_rest_acts(asked, named):
+    request = set_up.Request(**asked)
+    said, nodes = set_up.left_out(request), set_up.resolve_flight(request, {})
+    assert (named in said) == (bool(said) or not named)
+    assert nodes["simulator"].plugins["sensing"].parameters.position_noise == 0.01
+    assert nodes["trajectory"].plugins["trajectory"].name == asked["case"]
+
+
+def test_gains_of_a_law_that_is_not_flown_are_refused_and_a_choice_that_is_missing_too(tmp_path):
+    with pytest.raises(ParameterError, match=r"x500.yaml: aibs.*: its law is pid, not aibs"):
+        set_up.resolve_flight(set_up.Request("hover", preset="x500", position="pid"), {})
+    scenario = tmp_path / "windy.yaml"
+    scenario.write_text("/**/simulator:\n  ros__parameters:\n    timeline.events: wind velocity=4,0,0\n")
+    with pytest.raises(
+        ParameterError, match=r"windy.yaml: timeline.events: .* disturbance is held_gaussian, not timeline"
+    ):
+        set_up.resolve_flight(set_up.Request("hover", scenario=scenario), {})
+
+
 def test_a_choice_that_there_is_not_is_refused_with_those_that_there_are():
     with pytest.raises(ParameterError, match="from_names: found 'changes', expected one of preset, vehicle, plant"):
         flight.from_names("hover", changes={})
