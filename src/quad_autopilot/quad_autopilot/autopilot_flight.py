@@ -265,6 +265,9 @@ class AutopilotFlight:
         """Return whether the controllers' commands go to the autopilot."""
         if self.beyond or not self.commander.armed or self._intent() == Intent.CLIMB:
             return False
+        # what waited while this process stood still is old, and its guard would count that time as one without a state
+        if self.clock() - self._beat_at - BEAT > self.settings.arming.state_timeout:
+            return False
         return self.phase == Phase.RETURN or (self.phase == Phase.FLY and self.is_obeyed())
 
     def is_obeyed(self) -> bool:

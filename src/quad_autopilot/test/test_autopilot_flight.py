@@ -74,6 +74,13 @@ def test_a_node_that_fails_holds_up_the_sequence_before_the_flight_alone(phase, 
     assert AutopilotFlight.begin_step(flight) == goes_on
 
 
+@pytest.mark.parametrize(("paused", "flies"), [(0.0, True), (0.05, True), (0.2, False)])
+def test_a_command_that_waited_while_this_process_stood_still_is_not_flown(paused, flies):
+    flight = Mock(beyond="", phase=Phase.FLY, clock=lambda: 20.0 + BEAT + paused, _beat_at=20.0)
+    flight.settings.arming, flight._intent.return_value = ArmingParameters(), Intent.FLY
+    assert bool(AutopilotFlight.may_fly(flight)) == flies
+
+
 @pytest.mark.parametrize(("since", "cause"), [(0.1, "px4_bridge stood still for 9.54 s"), (5.0, "")])
 def test_a_flight_that_fails_right_after_this_process_stood_still_has_failed_by_that(since, cause):
     flight = Mock(

@@ -157,7 +157,7 @@ def step(
     command_age = age(now, answered, first, period)
     state_age = age(now, estimate.step, first, period)
     rate_age = age(now, estimate.rate_step, first, period)
-    timers = watch(parameters, vehicle, memory, estimate, command_age, state_age, dt)
+    timers = watch(parameters, vehicle, memory, estimate, command_age, state_age, rate_age, dt)
     seen, ground_z = estimate.state, estimate.ground_z
     home = seen.p_w if before.step < 0 else memory.home
     refused = is_full(refusals)
@@ -273,9 +273,10 @@ def watch(
     estimate: Estimate,
     command_age: float,
     state_age: float,
+    rate_age: float,
     dt: float,
 ) -> Timers:
-    """Return the timers after a step of ``dt`` s; ages in s."""
+    """Return the timers after a step of ``dt`` s; ages in s. A prediction without body rates is no tilt."""
     q, timers = estimate.state.q_wb, memory.timers
     cosine = 1.0 - 2.0 * (q.x * q.x + q.y * q.y)
     height = estimate.state.p_w.z - estimate.ground_z
@@ -289,10 +290,11 @@ def watch(
         and state_age <= parameters.state.warn_age
         and is_on_ground(parameters.contact, vehicle, estimate.state, height, memory.flown.thrust)
     )
+    is_seen = rate_age <= parameters.state.blind_age
     return Timers(
-        timers.large_tilt + dt if cosine < math.cos(parameters.tilt.large) else 0.0,
-        timers.extreme_tilt + dt if cosine < math.cos(parameters.tilt.extreme) else 0.0,
-        timers.spin + dt if abs(estimate.state.omega_b.z) > SPIN_RATE else 0.0,
+        timers.large_tilt + dt if is_seen and cosine < math.cos(parameters.tilt.large) else 0.0,
+        timers.extreme_tilt + dt if is_seen and cosine < math.cos(parameters.tilt.extreme) else 0.0,
+        timers.spin + dt if is_seen and abs(estimate.state.omega_b.z) > SPIN_RATE else 0.0,
         timers.good + dt if good else 0.0,
         timers.on_ground + dt if stands else 0.0,
     )

@@ -102,6 +102,19 @@ def test_a_silent_state_warns_descends_falls_and_kills():
     assert owner.wrench == Wrench(0.0, Vec3(0.0, 0.0, 0.0))
 
 
+def test_a_tilt_that_is_predicted_alone_is_no_extreme_tilt():
+    owner, trim = Owner(), Wrench(HOVER.thrust, Vec3(-0.1, 0.0, 0.0))
+    sees = {"command": lambda it: it.good_command(trim)}
+    sees["sample"] = lambda it: it.good_sample(height=1.5, rates=(1e-7 * (it.step % 2), 0.0, 0.0))
+    owner.run(0.5, **sees)
+    last = owner.step - 1
+    owner.run(2.9, sample=no_state)  # the thrust ends after 2.1 s, and with it what held the torque of trim
+    assert owner.memory.estimate.state.q_wb.w < 0.7
+    assert owner.events == [(last + 51, GuardMode.DESCEND, GuardReason.STATE_LOST)]
+    owner.run(0.2, **sees)
+    assert owner.report.mode == GuardMode.DESCEND, "a state that returns is flown on"
+
+
 def test_without_an_accepted_state_for_50_ms_the_thrust_passes_and_the_torque_is_that_of_trim():
     owner, given = Owner(), Wrench(9.0, Vec3(0.03, -0.02, 0.01))
     owner.run(0.5)
