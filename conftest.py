@@ -71,6 +71,22 @@ def callbacks(monkeypatch: pytest.MonkeyPatch) -> dict[str, Callable[[Any], None
     return found
 
 
+@pytest.fixture(scope="session")
+def flown() -> Any:
+    """Case 1 from the origin with its limits met, 1 s, and what its nodes would say of their parameters."""
+    from loop_flight import fly_short
+
+    return fly_short()
+
+
+@pytest.fixture(scope="session")
+def flown_bag(flown: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The bag directory of ``flown``, recorded by our writer."""
+    from loop_flight import write_flight
+
+    return write_flight(tmp_path_factory.mktemp("flown") / "flight", flown)
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add --allowed-skips."""
     parser.addoption("--allowed-skips", type=Path, help="fail if a test is skipped that no line of this file names")

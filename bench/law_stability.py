@@ -17,9 +17,9 @@ import numpy as np
 from law_surface import convergence
 from paper_flight import ATTITUDE_ADAPTATION_OFF, CASES, POSITION_ADAPTATION_OFF, PaperCase, paper_flight
 
+from quad_analysis.metrics import flight_metrics
 from quad_flight.flight import fly
 from quad_flight.many import sweep
-from quad_flight_log.analysis.metrics import flight_metrics
 
 AXES = ("x", "y", "z")
 ANGLES = ("roll", "pitch", "yaw")

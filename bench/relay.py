@@ -19,8 +19,8 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from quad_core.cascade import ATTITUDE, POSITION, RECORDER, SIMULATOR, TRAJECTORY
-from quad_flight_log.bag.writer import BagWriter
-from quad_flight_log.recorder.payload_check import definition_of
+from quad_flight_log.payload_check import definition_of
+from quad_flight_log.writer import BagWriter
 from quad_node import topics
 from quad_node.executor import SPIN_TIMEOUT, init, settle
 

@@ -84,4 +84,4 @@ while ((${#nodes[@]})); do
 done
 if [[ -n $refused ]]; then exit 2; fi
 if ((worst)); then exit 1; fi
-ros2 run quad_flight_log log check "$directory" --limits "$config/limits/approach.yaml"
+ros2 run quad_report log check "$directory" --limits "$config/limits/approach.yaml"

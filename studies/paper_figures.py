@@ -12,21 +12,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from quad_analysis.arrays import norms
 from quad_flight.flight import Flight, flight_from_resolved, fly
 from quad_flight.many import sweep
 from quad_flight.set_up import Request, resolve_flight
-from quad_flight_log.analysis.arrays import norms
-from quad_flight_log.report.drawing import save
-from quad_flight_log.report.figures import Figure
-from quad_flight_log.report.flight_figures import (
-    CASES,
-    Playback,
-    Run,
-    paper_figures,
-    playback,
-    position_error,
-    run_from_tables,
-)
+from quad_report.drawing import save
+from quad_report.figures import Figure
+from quad_report.flight_figures import CASES, Playback, Run, paper_figures, playback, position_error, run_from_tables
 
 ROOT = Path(__file__).resolve().parents[1]
 GAINS = ROOT / "studies" / "study_gains" / "1"

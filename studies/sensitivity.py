@@ -14,11 +14,11 @@ from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
+from quad_analysis.metrics import flight_metrics
 from quad_core.parameters import ParameterError, Value
 from quad_core.resolution import resolve
 from quad_flight.flight import flight_from_parameters, fly
 from quad_flight.many import run_many
-from quad_flight_log.analysis.metrics import flight_metrics
 
 FACTORS = tuple(2.0 ** (step / 2.0) for step in range(-4, 5))
 CASES = ("case1", "case2")

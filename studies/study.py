@@ -7,7 +7,7 @@ law, an attitude law, files of tuned gains) under every condition, on every case
     One row per flight: ``controller``, ``tuning`` (int), ``condition``, ``case``, ``plant`` (text), ``seed`` (int),
     ``outcome`` (``ended``, ``diverged`` or ``refused``), ``steps`` (int, plant steps flown), ``cost`` (that of the
     tuning's objective), ``over_hover``, then one float column per name of
-    ``quad_flight_log.analysis.metrics.METRICS`` (NaN where the metric does not exist or the flight did not end).
+    ``quad_analysis.metrics.METRICS`` (NaN where the metric does not exist or the flight did not end).
 ``DIR/comparison.parquet``
     One row per ``controller`` and ``condition``: costs over tunings, see ``study_statistics.comparison``.
 ``DIR/trials.parquet``
@@ -68,14 +68,14 @@ from study_statistics import comparison, summary
 from study_table import tables
 from tune import flight_cost
 
+from quad_analysis.metrics import METRICS, FlightMetrics, Metric, flight_metrics
 from quad_core.parameters import ParameterError, flatten
 from quad_core.plugins import PluginError
 from quad_flight.engine import EngineError
 from quad_flight.flight import Flight, fly
 from quad_flight.many import run_many
-from quad_flight_log.analysis.metrics import METRICS, FlightMetrics, Metric, flight_metrics
-from quad_flight_log.bag.notes import git_commit
 from quad_flight_log.errors import FlightLogError
+from quad_flight_log.notes import git_commit
 
 FLIGHT_KEYS = ("controller", "tuning", "condition", "case", "plant", "seed", "outcome", "steps")
 NUMBERS = {

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from study_statistics import front
 
-from quad_flight_log.report.figures import Figure, Line, Panel
+from quad_report.figures import Figure, Line, Panel
 
 GROUPS = {
     "tracking": ("position_rmse", "position_max", "position_iae", "position_itae", "settling_time", "position_final"),

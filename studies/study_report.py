@@ -18,17 +18,9 @@ from study_figures import metric_figures, tuning_figures
 from study_table import comparison_rows
 
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.report.figures import Figure
-from quad_flight_log.report.flight_figures import (
-    CASES,
-    Playback,
-    Run,
-    inside_figures,
-    paper_figures,
-    playback,
-    run_from_tables,
-)
-from quad_flight_log.report.page import Page, folded, heading, table, verbatim, write_page
+from quad_report.figures import Figure
+from quad_report.flight_figures import CASES, Playback, Run, inside_figures, paper_figures, playback, run_from_tables
+from quad_report.page import Page, folded, heading, table, verbatim, write_page
 
 FILES = ("study.json", "flights.parquet", "summary.parquet", "comparison.parquet", "trials.parquet")
 _KEYS = ("name", "command", "cases", "plants", "conditions", "seeds", "controllers", "metrics")

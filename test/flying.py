@@ -25,8 +25,8 @@ from rclpy.context import Context
 from rclpy.node import Node
 
 from quad_core import cascade
-from quad_flight_log.bag.payload_hash import payload_hash
-from quad_flight_log.bag.reader import Flight, open_flight
+from quad_flight_log.payload_hash import payload_hash
+from quad_flight_log.reader import Flight, open_flight
 
 ROOT = Path(__file__).resolve().parents[1]
 CONFIG = ROOT / "src" / "quad_flight" / "quad_flight" / "config"

@@ -9,7 +9,7 @@ import pytest
 from flying import ROOT, assert_landed, finish, in_domain, wait_until_flying
 
 from quad_bringup.surroundings import reserved_domain
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 
 pytestmark = pytest.mark.flight
 

@@ -22,7 +22,7 @@ from flying import (
     wait_until_flying,
 )
 
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 
 pytestmark = pytest.mark.flight
 
@@ -103,5 +103,5 @@ def test_a_boot_script_that_closed_the_streams_costs_the_words_alone(tmp_path):
     assert subprocess.run(["bash", "-c", words], timeout=120, check=False).returncode == 0
     bag = open_flight(out)
     assert (bag.truncated, bag.metadata["outcome"]) == (False, "ended")
-    done = subprocess.run(["bash", "-c", f"exec {sys.executable} -m quad_flight_log.cli check {out} >&-"], check=False)
+    done = subprocess.run(["bash", "-c", f"exec {sys.executable} -m quad_report.cli check {out} >&-"], check=False)
     assert done.returncode == 0

@@ -8,7 +8,7 @@ import time
 import pytest
 from flying import FLY, LOW, PATIENT, alive, assert_landed, finish, start, terminal, wait_until_flying
 
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 
 pytestmark = pytest.mark.flight
 

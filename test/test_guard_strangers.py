@@ -7,7 +7,7 @@ import pytest
 from flying import LOW, PATIENT, domain_of, finish, run_id_of, start, stranger, wait_until, wait_until_flying
 from geometry_msgs.msg import WrenchStamped
 
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 from quad_msgs.msg import (
     AttitudeThrust,
     FlightPlan,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from px4_flights import HERE, WHOLE, cause, flown, happened, killed
 
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 
 pytestmark = pytest.mark.flight
 

@@ -7,7 +7,7 @@ import time
 import pytest
 from flying import alive, domain_of, finish, node_pids, run_id_of, start, wait_until
 
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 from quad_node.watch import FlightWatch, is_over
 
 pytestmark = pytest.mark.flight

@@ -7,9 +7,9 @@ from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from rclpy.executors import SingleThreadedExecutor
 
-from quad_flight_log.analysis.replay import replay
-from quad_flight_log.analysis.tables import recorded_parameters
-from quad_flight_log.bag.reader import open_flight
+from quad_analysis.replay import replay
+from quad_analysis.tables import recorded_parameters
+from quad_flight_log.reader import open_flight
 
 pytestmark = pytest.mark.flight
 DOMAIN = 158  # none that flights choose for themselves

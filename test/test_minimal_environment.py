@@ -15,7 +15,7 @@ from test_same_bits import assert_same
 
 from quad_bringup.surroundings import reserved_domain
 from quad_flight.flight import fly, from_names
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 
 pytestmark = [pytest.mark.flight, pytest.mark.timeout(600)]
 

@@ -13,7 +13,7 @@ from flying import alive, finish, flown, hash_of, in_domain, start, stranger, wa
 from rclpy.executors import SingleThreadedExecutor
 
 from quad_core.enumerations import Mode
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 from quad_msgs.msg import FlightMode
 from quad_node.topics import latched
 

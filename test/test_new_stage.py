@@ -46,7 +46,7 @@ import sys
 from pathlib import Path
 from quad_core.cascade import COMMAND, COMMANDING, SIGNALS
 from quad_flight import flight
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 from test_same_bits import assert_same
 assert (COMMAND, COMMANDING) == ("wrench_filtered", "torque_filter")
 bag = open_flight(Path(sys.argv[1]))
@@ -88,8 +88,8 @@ def test_it_flies_over_ros_is_recorded_and_replayed_and_no_file_here_changes(tmp
     bag = tmp_path / "bag"
     for command in (
         [str(FLY), *FLIGHT, "--out", str(bag)],
-        [sys.executable, "-m", "quad_flight_log.cli", "check", str(bag)],
-        [sys.executable, "-m", "quad_flight_log.cli", "replay", str(bag)],
+        [sys.executable, "-m", "quad_report.cli", "check", str(bag)],
+        [sys.executable, "-m", "quad_report.cli", "replay", str(bag)],
         [sys.executable, "-c", COMPARE, str(bag)],
     ):
         done = subprocess.run(command, env=environment, cwd=ROOT / "test", capture_output=True, text=True, check=False)

@@ -9,7 +9,7 @@ import pytest
 from flying import domain_of, finish, run_id_of, start, wait_until, wait_until_flying
 from sockets import GROUP, LOOPBACK, udp_addresses
 
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 from quad_node.watch import FlightWatch
 
 pytestmark = pytest.mark.flight

@@ -55,7 +55,7 @@ EXECUTABLES = [
     ("quad_dynamics", "simulator"),
     ("quad_node", "odometry_relay"),
     ("quad_dynamics", "check_plant"),
-    ("quad_flight_log", "log"),
+    ("quad_report", "log"),
     ("quad_bringup", "fly"),
     ("quad_bringup", "one_process"),
 ]

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from flying import ROOT, flown, fly
 
-from quad_flight_log.bag.reader import open_flight
-from quad_flight_log.cli import main
+from quad_flight_log.reader import open_flight
+from quad_report.cli import main
 
 pytestmark = pytest.mark.flight
 

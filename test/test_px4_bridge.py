@@ -22,8 +22,8 @@ from px4_flights import (
 )
 from vehicle_packages import vehicle_packages
 
-from quad_flight_log.analysis.tables import takeovers
-from quad_flight_log.bag.reader import open_flight
+from quad_analysis.tables import takeovers
+from quad_flight_log.reader import open_flight
 
 # an autopilot has a processor of its own
 pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]

@@ -11,13 +11,13 @@ import time
 import flying
 import pytest
 
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 
 LIMIT = 0.3  # s of wall clock
 STREAM = """
 import struct, sys, time
-from quad_flight_log.bag.writer import BagWriter
-from quad_flight_log.recorder.payload_check import definition_of
+from quad_flight_log.writer import BagWriter
+from quad_flight_log.payload_check import definition_of
 from quad_msgs.msg import VehicleState
 
 bag = BagWriter(sys.argv[1], metadata={"seed": "7"})

@@ -3,23 +3,20 @@
 import os
 import re
 import signal
-import sys
 import time
 from contextlib import suppress
 
+import foreign_readers
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from flying import PATIENT, ROOT, finish, last_word, start, stranger, wait_until, wait_until_flying
+from flying import PATIENT, finish, last_word, start, stranger, wait_until, wait_until_flying
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.serialization import serialize_message
 
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 from quad_msgs.msg import FlightEvent
 from quad_node.topics import SHADOW_TOPICS, TOPICS, latched
-
-sys.path.insert(0, str(ROOT / "src" / "quad_flight_log" / "test"))
-import foreign_readers
 
 pytestmark = pytest.mark.flight
 

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from flying import LONGEST, busy_loops, finish, flown, fly, start
 
+from quad_analysis.replay import replay
 from quad_campaign.batch import flight_of, prepared
 from quad_campaign.definition import read_definition
 from quad_flight import flight as without_ros
-from quad_flight_log.analysis.replay import replay
-from quad_flight_log.bag.payload_hash import STEP_TOPICS
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.payload_hash import STEP_TOPICS
+from quad_flight_log.reader import open_flight
 
 pytestmark = pytest.mark.flight
 

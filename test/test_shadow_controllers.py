@@ -8,14 +8,14 @@ import flying
 import pytest
 from test_same_bits import assert_same
 
+from quad_analysis.arrays import by_stamp
+from quad_analysis.metrics import thrust_and_torque
+from quad_analysis.replay import replay
 from quad_core.parameters import ParameterError
 from quad_flight.flight import fly, from_names
 from quad_flight.set_up import Request, resolve_flight, shadow_laws
-from quad_flight_log.analysis.arrays import by_stamp
-from quad_flight_log.analysis.metrics import thrust_and_torque
-from quad_flight_log.analysis.replay import replay
-from quad_flight_log.bag.payload_hash import payload_hash, topic_hashes
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.payload_hash import payload_hash, topic_hashes
+from quad_flight_log.reader import open_flight
 
 
 @pytest.mark.flight

@@ -6,7 +6,7 @@ from flying import flown, fly
 
 from quad_bringup.fly import main
 from quad_core.enumerations import GuardMode
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 
 pytestmark = pytest.mark.flight
 

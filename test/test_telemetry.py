@@ -14,9 +14,9 @@ from scipy.spatial.transform import Rotation
 from sockets import free_port, udp_addresses
 from vehicle_packages import vehicle_packages
 
-from quad_flight_log.bag.reader import open_flight
-from quad_flight_log.cli import main
-from quad_flight_log.imports.importing import read_recording
+from quad_flight_log.reader import open_flight
+from quad_log_import.maps import read_recording
+from quad_report.cli import main
 
 TO_NED = Rotation.from_matrix([[0, 1, 0], [1, 0, 0], [0, 0, -1]])
 TURN = Rotation.from_euler("X", np.pi)  # FRD to FLU and back
@@ -107,7 +107,7 @@ def test_observing_records_and_sends_nothing(tmp_path, until):
     """Looks at the wire (packets that come to the autopilot) and at DDS (nodes, publishers, sockets of the process)."""
     (tmp_path / "vehicle.yaml").write_text(VEHICLE)
     port, domain = free_port(), 77
-    command = [sys.executable, "-m", "quad_flight_log.cli", "observe", "--listen", f"127.0.0.1:{port}"]
+    command = [sys.executable, "-m", "quad_report.cli", "observe", "--listen", f"127.0.0.1:{port}"]
     command += ["--vehicle", str(tmp_path / "vehicle.yaml"), "--out", str(tmp_path / "bag")]
     environment = in_domain(domain) | {"PYTHONPATH": f"{vehicle_packages()}:{in_domain(domain)['PYTHONPATH']}"}
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as autopilot, stranger(domain) as onlooker:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from flying import ROOT
 
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 
 pytestmark = pytest.mark.flight
 

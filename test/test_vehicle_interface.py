@@ -9,7 +9,7 @@ import pytest
 from flying import FLY, PATIENT, ROOT
 from scratch_workspace import built, changed_files
 
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 
 pytestmark = [pytest.mark.flight, pytest.mark.wall_clock]
 
@@ -23,8 +23,8 @@ def test_it_flies_is_recorded_and_replayed_and_no_file_here_changes(tmp_path):
     owner = ("--realtime", "--vehicle-interface", f"my_vehicle={EXAMPLE / 'my_vehicle.yaml'}", *PATIENT[2:])
     for command in (
         [str(FLY), "hover", "--duration", "2", *owner, "--limits", "position_rmse=0.2", "--out", str(bag)],
-        [sys.executable, "-m", "quad_flight_log.cli", "check", str(bag)],
-        [sys.executable, "-m", "quad_flight_log.cli", "replay", str(bag)],
+        [sys.executable, "-m", "quad_report.cli", "check", str(bag)],
+        [sys.executable, "-m", "quad_report.cli", "replay", str(bag)],
     ):
         done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120, check=False)
         assert done.returncode == 0, done.stdout + done.stderr

@@ -48,7 +48,7 @@ def run(name: str) -> Outcome:
         [
             str(RUNS),
             str(ROOT / "test"),
-            str(ROOT / "src/quad_identify/test"),
+            *(str(ROOT / "src" / name / "test") for name in ("quad_flight_log", "quad_report", "quad_identify")),
             str(Path(__file__).parent),
             os.environ.get("PYTHONPATH", ""),
         ]

@@ -14,8 +14,8 @@ HEAD = (
 PUBLIC = {
     "Fly": ("quad_flight.flight", ("from_names", "fly", "Flight", "Result")),
     "Fly many": ("quad_flight.many", ("sweep", "run_many")),
-    "Read a bag": ("quad_flight_log.bag.reader", ("open_flight", "Flight")),
-    "Judge a bag": ("quad_flight_log.analysis.metrics", ("flight_metrics", "FlightMetrics")),
+    "Read a bag": ("quad_flight_log.reader", ("open_flight", "Flight")),
+    "Judge a bag": ("quad_analysis.metrics", ("flight_metrics", "FlightMetrics")),
     "Identify a vehicle": ("quad_identify.identify", ("identify",)),
     "What laws take and give": ("quad_core.types", ("VehicleState", "TrajectoryPoint", "AttitudeThrust", "Wrench")),
 }

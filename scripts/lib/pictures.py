@@ -9,11 +9,11 @@ from typing import Any
 
 from headless_browser import Browser
 
-from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.report.figures import PALETTE, REFERENCE_COLOUR
-from quad_flight_log.report.flight_figures import Run, playback, run_from_flight
-from quad_flight_log.report.page import Page, report_page, write_page
+from quad_flight_log.reader import open_flight
+from quad_report.figures import PALETTE, REFERENCE_COLOUR
+from quad_report.flight_figures import Run, playback, run_from_flight
+from quad_report.page import Page, report_page, write_page
 
 ROOT = Path(__file__).resolve().parents[2]
 IMAGES = ROOT / "docs" / "images"

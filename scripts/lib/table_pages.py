@@ -14,13 +14,13 @@ import api_pages
 import mode_pages
 import yaml
 
+from quad_analysis.metrics import METRICS
 from quad_commander.mode_table import Condition
 from quad_commander.modes import words
 from quad_commander.services import SERVICES
 from quad_core import plugins
 from quad_core.enumerations import GuardMode, Mode, Request
 from quad_flight import set_up
-from quad_flight_log.analysis.metrics import METRICS
 from quad_guard import guard
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -35,7 +35,7 @@ GROUPS = (
 
 COMMANDS = {
     "scripts/fly": "quad_bringup.fly",
-    "scripts/log": "quad_flight_log.cli",
+    "scripts/log": "quad_report.cli",
     "scripts/campaign": "quad_campaign.campaign_cli",
     "scripts/identify": "quad_identify.cli",
     "scripts/check_link": "quad_px4.check_link",

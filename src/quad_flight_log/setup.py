@@ -3,10 +3,10 @@ from setuptools import find_packages, setup
 setup(
     name="quad_flight_log",
     version="0.2.0",
-    description="Recorder node, bag reader and flight metrics of the quadrotor stack.",
+    description="Bags of flights: recorder node, reader, writer, export.",
     license="Apache-2.0",
     packages=find_packages(include=["quad_flight_log", "quad_flight_log.*"]),
-    package_data={"": ["py.typed", "*.css", "*.js", "maps/*.yaml"]},
+    package_data={"": ["py.typed"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/quad_flight_log"]),
         ("share/quad_flight_log", ["package.xml"]),
@@ -14,7 +14,5 @@ setup(
     zip_safe=False,
     install_requires=["mcap", "numpy", "PyYAML", "rosbags", "zstandard"],
     extras_require={"test": ["pytest"]},
-    entry_points={
-        "console_scripts": ["recorder = quad_flight_log.recorder.node:main", "log = quad_flight_log.cli:console"]
-    },
+    entry_points={"console_scripts": ["recorder = quad_flight_log.node:main"]},
 )

@@ -7,8 +7,8 @@ import paper_figures
 import pytest
 from paper_figures import OTHER, PROPOSED, ROOT, Shown, figure_text, first_below, shown
 
-from quad_flight_log.report.figures import Figure
-from quad_flight_log.report.flight_figures import run_from_tables
+from quad_report.figures import Figure
+from quad_report.flight_figures import run_from_tables
 
 
 def tables(error):

@@ -12,11 +12,11 @@ from study_plan import Condition, gains_file, plan_mark, tuning_mark
 from study_statistics import comparison, front, holm, mean_interval, paired, ratio, spread, summary
 from test_study_plan import content, read
 
+from quad_analysis.metrics import METRICS
 from quad_core import plugins
 from quad_core.parameters import ParameterError
 from quad_flight.flight import Result
 from quad_flight.score import Score
-from quad_flight_log.analysis.metrics import METRICS
 
 pytestmark = pytest.mark.skipif(
     "se3" not in plugins.names(plugins.POSITION_LAW), reason="plug-ins are not installed: run scripts/setup"

@@ -9,7 +9,7 @@ import pytest
 import study_report
 from study_statistics import comparison
 
-from quad_flight_log.analysis.metrics import METRICS
+from quad_analysis.metrics import METRICS
 from quad_flight_log.errors import FlightLogError
 
 pandas = pytest.importorskip("pandas")

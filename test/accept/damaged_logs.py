@@ -17,10 +17,10 @@ import pandas
 from flying import ROOT
 from simulated import Manoeuvre, Truth, flown
 
-from quad_flight_log import cli as log_cli
 from quad_identify import cli as identify_cli
+from quad_report import cli as log_cli
 
-EXCERPTS = ROOT / "src/quad_flight_log/test/data"
+EXCERPTS = ROOT / "src/quad_log_import/test/data"
 LONGEST, LARGEST = 60, 1000.0  # s of processor time; MB
 COLUMNS = {
     "specific_force": ["ax", "ay", "az"],

@@ -21,7 +21,7 @@ from spoiled import CHANGES, turned
 
 from quad_bringup.surroundings import reserved_domain
 from quad_core.estimator import MISFIT_SHARE, RATE_MISFIT, VELOCITY_MISFIT
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 
 RELAY = ("--relay", "--set", "odometry_relay.odometry=est/odom")
 CASES = {"hover": ("hover", "--duration", "10"), "case2": ("case2", "--duration", "20")}

@@ -8,7 +8,6 @@ import resource
 import shutil
 import signal
 import struct
-import sys
 import tempfile
 import time
 import traceback
@@ -17,14 +16,11 @@ from collections import Counter
 from functools import cache
 from pathlib import Path
 
-from flying import ROOT
-from mcap.writer import CompressionType, Writer
-
-from quad_flight_log import cli
-
-sys.path.insert(0, str(ROOT / "src" / "quad_flight_log" / "test"))
 import drawn_flights
 import flight_samples
+from mcap.writer import CompressionType, Writer
+
+from quad_report import cli
 
 LONGEST = 20  # s of computing for one verb
 MEMORY = 4 << 30  # bytes

@@ -3,17 +3,14 @@
 import os
 import random
 import signal
-import sys
 import time
 
 import flying
-
-sys.path.insert(0, str(flying.ROOT / "src" / "quad_flight_log" / "test"))
 import foreign_readers
 
+from quad_analysis.replay import replay
 from quad_core.cascade import STAGE
-from quad_flight_log.analysis.replay import replay
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 
 KILLS = 20
 LIMIT = 0.3  # s

@@ -14,7 +14,7 @@ from flying import finish, landing, start
 from frozen_state import GAUSSIAN, scenario
 
 from quad_flight.flight import fly, from_names
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 
 PAIRS = {"lockstep": 60, "real time": 40}
 PATIENCE = 400.0  # s for a flight over ROS

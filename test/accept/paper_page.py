@@ -10,7 +10,7 @@ import subprocess
 from flying import ROOT
 from flying import fly as fly_nodes
 
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 
 NEEDED = ("pdflatex", "pdffonts", "pdfinfo", "octave")
 WIDTH = 88.0  # mm

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from flying import ROLES, busy_loops, finish, last_word, node_pids, start, wait_until_flying
 
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 
 FLAT = 1024.0  # kB after the first minute
 INDEX = 10.0  # kB/s that the recorder may grow by: mcap keeps the index of every chunk, 1.4 kB, until the end

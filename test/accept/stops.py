@@ -15,9 +15,9 @@ from typing import NamedTuple
 
 from flying import finish, landing, node_pids, start, wait_until_flying
 
+from quad_analysis.flight_checks import equal_stamps, flown_of, run_ids, stopped_motors
 from quad_core.node_parameters import GuardParameters
-from quad_flight_log.analysis.flight_checks import equal_stamps, flown_of, run_ids, stopped_motors
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 
 OWNER = "simulator"
 PLAN = ("--realtime", "--duration", "25", "--set", "commander.wait_limit=5.0")

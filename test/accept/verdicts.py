@@ -7,18 +7,15 @@ form of ``other_recorders.FORMS`` and as our own recorder leaves them.
 import contextlib
 import io
 import random
-import sys
 from collections import Counter
 
 import flying
-
-sys.path.insert(0, str(flying.ROOT / "src" / "quad_flight_log" / "test"))
 import other_recorders
 
-from quad_flight_log import cli
-from quad_flight_log.analysis.flight_checks import judgement
-from quad_flight_log.analysis.tables import measured
-from quad_flight_log.bag.reader import open_flight
+from quad_analysis.flight_checks import judgement
+from quad_analysis.tables import measured
+from quad_flight_log.reader import open_flight
+from quad_report import cli
 
 FLIGHTS = {
     "hover": ("hover", "--duration", "3"),

@@ -12,7 +12,7 @@ PACKAGES = ("core", "dynamics", "trajectory", "position_ctrl", "attitude_ctrl", 
 PROGRAM = """
 import sys
 from quad_flight.flight import fly, from_names
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 flight = from_names("hover", duration=2.0)
 plain, compiled = fly(flight), fly(flight, compiled=True)
 print(plain.outcome, plain.topics["state"].tobytes() == compiled.topics["state"].tobytes(), plain.rmse)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from quad_analysis.flight_checks import read_limits
 from quad_bringup import steps, surroundings, vehicle_interface
 from quad_bringup.ros_flight import BAD_SETUP, FAILED, Planned, fly, viewed
 from quad_bringup.supervisor import Interrupted, Interrupts, interrupts
@@ -24,9 +25,8 @@ from quad_core.plugins import PluginError
 from quad_core.resolution import Resolved
 from quad_flight import set_up
 from quad_flight.set_up import Request, left_out, resolve_flight, summary, unfelt_wind
-from quad_flight_log.analysis.flight_checks import read_limits
-from quad_flight_log.bag.notes import COMMAND
 from quad_flight_log.errors import FlightLogError
+from quad_flight_log.notes import COMMAND
 from quad_node.middleware import OPEN, close, close_unless_asked
 
 PAPER_CASES = ("case1", "case2")

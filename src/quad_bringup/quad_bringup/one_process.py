@@ -14,7 +14,7 @@ NAME = "one_process"
 def makers() -> list[Callable[[], Owner]]:
     """Return the classes of the nodes, the simulator first."""
     from quad_dynamics.node import Simulator
-    from quad_flight_log.recorder.node import Recorder
+    from quad_flight_log.node import Recorder
     from quad_position_ctrl.node import make as make_position_controller
     from quad_trajectory.node import Trajectory
 

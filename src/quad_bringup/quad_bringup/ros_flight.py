@@ -11,6 +11,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from quad_analysis.flight_checks import ends_early, judgement
+from quad_analysis.metrics import FlightMetrics
+from quad_analysis.tables import measured, truth_note
+from quad_analysis.text import table
 from quad_bringup import one_process, surroundings
 from quad_bringup.processes import Processes, describe_exit, executable
 from quad_bringup.supervisor import Interrupted, Interrupts, Outcome, Patience, Supervisor
@@ -19,13 +23,9 @@ from quad_core.cascade import ROLES, SHADOWS, SIMULATOR, VEHICLE_INTERFACES
 from quad_core.cycle import seconds
 from quad_core.resolution import Resolved
 from quad_flight.set_up import parameter_file, summary
-from quad_flight_log.analysis.flight_checks import ends_early, judgement
-from quad_flight_log.analysis.metrics import FlightMetrics
-from quad_flight_log.analysis.tables import measured, truth_note
-from quad_flight_log.bag.notes import LIMITS, STEPPED
-from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError, TopicError
-from quad_flight_log.report.text import table
+from quad_flight_log.notes import LIMITS, STEPPED
+from quad_flight_log.reader import open_flight
 from quad_msgs.msg import FlightState
 from quad_node.codec import stamp_ns
 from quad_node.executor import STARTER
@@ -224,7 +224,7 @@ def viewed(bag: Path, *, wanted: bool) -> Iterator[None]:
     if not wanted:
         yield
         return
-    command = ["nice", sys.executable, "-m", "quad_flight_log.cli", "view", "--live", str(bag)]
+    command = ["nice", sys.executable, "-m", "quad_report.cli", "view", "--live", str(bag)]
     # its own session: Ctrl-C ends the flight, and the view with it
     with subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True) as process:
         try:

@@ -14,15 +14,15 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from quad_analysis.flight_checks import judgement
+from quad_analysis.tables import measured, recorded_parameters
 from quad_core.cascade import SIMULATOR, STAGES
 from quad_core.node_parameters import StepLimits
 from quad_core.parameters import ParameterError, flatten
 from quad_core.resolution import Resolved
-from quad_flight_log.analysis.flight_checks import judgement
-from quad_flight_log.analysis.tables import measured, recorded_parameters
-from quad_flight_log.bag.notes import BENCH, COMMAND, METADATA_FILE, STEP, STEP_GAINS, STEP_VEHICLE
-from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError
+from quad_flight_log.notes import BENCH, COMMAND, METADATA_FILE, STEP, STEP_GAINS, STEP_VEHICLE
+from quad_flight_log.reader import open_flight
 
 SHOWN = 4  # bags that do not open a step and are named
 

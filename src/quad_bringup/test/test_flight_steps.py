@@ -10,8 +10,8 @@ from quad_bringup import steps
 from quad_bringup.steps import Prints
 from quad_core.parameters import ParameterError
 from quad_flight.set_up import Request, resolve_flight
-from quad_flight_log.bag.notes import COMMAND
 from quad_flight_log.errors import FlightLogError
+from quad_flight_log.notes import COMMAND
 
 OURS = Prints("vehicle", "gains")
 

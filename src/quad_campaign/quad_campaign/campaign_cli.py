@@ -20,7 +20,7 @@ from quad_core.plugins import PluginError
 from quad_flight.engine import EngineError, source_hash
 from quad_flight.score import FIGURES
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.report.page import write_page
+from quad_report.page import write_page
 
 GOOD, FAILED, BAD_SETUP, INTERRUPTED = 0, 1, 2, 130
 _EXAMPLES = """examples:

@@ -11,8 +11,8 @@ from quad_campaign.statistics import Pairs, influences
 from quad_core.parameters import Value
 from quad_flight.score import FIGURES
 from quad_flight.variation import SEED, Variation
-from quad_flight_log.report.figures import Figure, Line, Panel
-from quad_flight_log.report.page import Page, folded, heading, table, verbatim
+from quad_report.figures import Figure, Line, Panel
+from quad_report.page import Page, folded, heading, table, verbatim
 
 CONFIDENCE = 0.95
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95, 0.99)

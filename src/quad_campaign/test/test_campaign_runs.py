@@ -18,7 +18,7 @@ from quad_campaign.definition import base_flight, command, read_definition, requ
 from quad_core.parameters import ParameterError
 from quad_flight.flight import flight_from_resolved, fly
 from quad_flight.set_up import resolve_flight
-from quad_flight_log.report.figures import Figure
+from quad_report.figures import Figure
 
 FILE = """
 flight: {case: hover, duration: 0.1, set: [simulator.held_gaussian.acceleration_sd=0.4]}

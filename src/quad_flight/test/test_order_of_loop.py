@@ -5,12 +5,12 @@ import pytest
 import stand_in
 from stand_in import MODULES, Internals, Memory, small_flight, with_stages
 
+from quad_analysis.metrics import flight_metrics
 from quad_core.types import LinkFault, Vec3, Wrench
 from quad_flight.engine import Modules
 from quad_flight.flight import fly
 from quad_flight.many import sweep
 from quad_flight.stages import PerStage
-from quad_flight_log.analysis.metrics import flight_metrics
 
 
 class Spy:

@@ -1,1 +1,1 @@
-"""Recorder node, bag reader and flight metrics of the quadrotor stack."""
+"""Bags of flights: the recorder node, reader, writer, export. What a flight tells is in ``quad_analysis``."""

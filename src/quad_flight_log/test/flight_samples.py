@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from quad_flight_log.bag.writer import BagWriter, Definition
+from quad_flight_log.writer import BagWriter, Definition
 
 OUR_MESSAGES = Path(__file__).parents[2] / "quad_msgs" / "msg"
 STEP_NS = 2_000_000

@@ -9,7 +9,7 @@ from typing import Any
 import flight_samples
 import numpy as np
 
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.reader import open_flight
 
 Digests = dict[str, tuple[int, str]]
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from quad_flight_log.bag.messages import structured
+from quad_flight_log.messages import structured
 
 SECOND = 1_000_000_000
 

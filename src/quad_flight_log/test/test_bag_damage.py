@@ -10,8 +10,8 @@ import pytest
 from mcap.writer import CompressionType
 from other_recorders import Sent, in_one_file, sent
 
-from quad_flight_log.bag.reader import Flight, open_flight
 from quad_flight_log.errors import CorruptError, FlightLogError, SchemaError
+from quad_flight_log.reader import Flight, open_flight
 
 FLIPS = 600
 Content = tuple[dict[str, list[bytes]], dict[str, list[int]], dict[str, str]]

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import yaml
 
-from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError, TopicError
+from quad_flight_log.reader import open_flight
 
 STEPS = 60
 
@@ -106,6 +106,6 @@ def test_a_topic_of_another_namespace_names_the_option(tmp_path):
 
 
 def test_memory_limit_is_kept(bag, monkeypatch):
-    monkeypatch.setattr("quad_flight_log.bag.reader.MEMORY_LIMIT", 100)
+    monkeypatch.setattr("quad_flight_log.reader.MEMORY_LIMIT", 100)
     with pytest.raises(FlightLogError, match="too large: found more than 100 bytes of payload"):
         open_flight(bag)

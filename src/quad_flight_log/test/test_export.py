@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from quad_flight_log import cli
-from quad_flight_log.bag.export import export
-from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError
+from quad_flight_log.export import export
+from quad_flight_log.reader import open_flight
+from quad_report import cli
 
 TOPICS = ["truth", "wrench_setpoint", "attitude_controller/internals", "flight/parameters"]
 

@@ -7,9 +7,9 @@ import zstandard
 from other_recorders import in_one_file, listed, poses, rosbag, split, split_sqlite, sqlite
 from rosbags.rosbag2 import CompressionMode
 
-from quad_flight_log import cli
-from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import CorruptError, FlightLogError
+from quad_flight_log.reader import open_flight
+from quad_report import cli
 
 
 def heights_of(path):

@@ -7,8 +7,8 @@ from xml.etree import ElementTree
 
 import yaml
 
-from quad_flight_log.bag.messages import flat_columns
-from quad_flight_log.bag.reader import open_flight
+from quad_flight_log.messages import flat_columns
+from quad_flight_log.reader import open_flight
 
 LAYOUTS = Path(__file__).parents[3] / "examples" / "layouts"
 

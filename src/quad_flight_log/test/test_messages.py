@@ -2,7 +2,7 @@
 
 import flight_samples
 
-from quad_flight_log.bag.messages import flat_columns, message_type
+from quad_flight_log.messages import flat_columns, message_type
 
 
 def test_empty_tables_have_the_columns_of_the_type():

@@ -3,7 +3,7 @@
 import subprocess
 from datetime import datetime
 
-from quad_flight_log.bag.notes import COMMAND, LIMITS, flight_metadata, git_commit
+from quad_flight_log.notes import COMMAND, LIMITS, flight_metadata, git_commit
 
 
 def test_the_command_is_noted_where_it_is_known(monkeypatch):

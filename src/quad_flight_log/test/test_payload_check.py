@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rosbags.serde.errors import SerdeError
 
-from quad_flight_log.recorder.payload_check import message_class, payload_check
+from quad_flight_log.payload_check import message_class, payload_check
 
 RNG = np.random.default_rng(3)
 SAMPLES = {

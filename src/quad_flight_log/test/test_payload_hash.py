@@ -8,9 +8,9 @@ import flight_samples
 import numpy as np
 import pytest
 
-from quad_flight_log.bag.payload_hash import payload_hash, topic_hashes
-from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import CorruptError
+from quad_flight_log.payload_hash import payload_hash, topic_hashes
+from quad_flight_log.reader import open_flight
 
 
 @pytest.fixture(scope="module")

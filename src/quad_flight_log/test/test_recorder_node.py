@@ -2,7 +2,7 @@
 
 import time
 
-from quad_flight_log.recorder.node import Recorder
+from quad_flight_log.node import Recorder
 
 
 def test_a_recorder_that_is_asked_to_end_waits_for_no_vehicle_that_is_gone(start_node, tmp_path):

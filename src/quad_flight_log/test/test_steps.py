@@ -12,8 +12,8 @@ from rclpy.experimental import EventsExecutor
 from std_msgs.msg import UInt32
 
 from quad_bringup.surroundings import reserved_domain
-from quad_flight_log.recorder.node import numbered
-from quad_flight_log.recorder.steps import FlightClock, StepCounter
+from quad_flight_log.node import numbered
+from quad_flight_log.steps import FlightClock, StepCounter
 
 pytestmark = pytest.mark.unit
 

@@ -14,7 +14,7 @@ from geometry_msgs.msg import PoseStamped, TransformStamped
 from scipy.spatial.transform import Rotation
 
 from quad_core.types import Quat, TrajectoryPoint, Vec3, VehicleState
-from quad_flight_log.recorder.vehicle_pose import PoseOutput, set_pose, set_transform
+from quad_flight_log.vehicle_pose import PoseOutput, set_pose, set_transform
 from quad_msgs.msg import TrajectoryPoint as TrajectoryPointMsg
 from quad_node.codec import packer
 

@@ -14,16 +14,16 @@ import flight_samples
 import numpy as np
 import pytest
 
-from quad_flight_log.bag import writer as bag_writer
-from quad_flight_log.bag.reader import open_flight
-from quad_flight_log.bag.writer import BagWriter
+from quad_flight_log import writer as bag_writer
 from quad_flight_log.errors import FlightLogError
+from quad_flight_log.reader import open_flight
+from quad_flight_log.writer import BagWriter
 
 FULL_DISK = """
     import resource, sys, time
     from pathlib import Path
     import flight_samples, numpy as np
-    from quad_flight_log.bag.writer import BagWriter
+    from quad_flight_log.writer import BagWriter
 
     unlimited = resource.RLIM_INFINITY
     about = {"seed": "7"}
@@ -84,7 +84,7 @@ def test_the_disk_is_told_to_keep_the_file_each_second_and_off_the_callback_path
         fsync(number)
 
     monkeypatch.setattr(os, "fsync", note)
-    monkeypatch.setattr("quad_flight_log.bag.writer.SYNC_PERIOD", 0.1)
+    monkeypatch.setattr("quad_flight_log.writer.SYNC_PERIOD", 0.1)
     bag = BagWriter(tmp_path / "bag")
     topic = bag.add_topic("/state", flight_samples.definition("quad_msgs/msg/VehicleState"))
     began = time.monotonic()

@@ -191,7 +191,7 @@ def _model_of(vehicle: dict[str, float | str]) -> dict[str, float]:
 
 
 def _page(result: Result, path: Path) -> None:
-    from quad_flight_log.report.page import Page, heading, table, write_page
+    from quad_report.page import Page, heading, table, write_page
 
     rows = []
     for name, found in result.parameters.items():

@@ -6,19 +6,18 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from quad_analysis.refly import flown_wrench, phases_of
+from quad_analysis.tables import PARAMETERS
 from quad_core.cascade import COMMAND, POSITION
 from quad_core.types import Vec3, Wrench
 from quad_core.vehicle import ARRANGEMENTS, Layout, Vehicle
 from quad_dynamics.rotors import allocate_within, rotor_limit, rotor_speed
-from quad_flight_log.analysis.refly import flown_wrench, phases_of
-from quad_flight_log.analysis.tables import PARAMETERS
-from quad_flight_log.bag.reader import open_flight
 from quad_flight_log.errors import FlightLogError
-from quad_flight_log.imports.importing import read_recording
-from quad_flight_log.imports.maps import Recording, load_map, mapped
-from quad_flight_log.imports.tables import read_tables
-from quad_flight_log.imports.write import ROTORS
+from quad_flight_log.notes import ROTORS
+from quad_flight_log.reader import open_flight
 from quad_identify.record import Flight, Floats, RecordError, Samples
+from quad_log_import.maps import Recording, load_map, mapped, read_recording
+from quad_log_import.tables import read_tables
 
 
 def read_log(path: Path, map_name: str = "", layout: str = "") -> Flight:

@@ -1,1 +1,0 @@
-"""The bag: written, read and exported without ROS."""

@@ -1,1 +1,0 @@
-"""A flight for people: tables, figures, HTML report, a view in RViz."""

@@ -1,0 +1,207 @@
+"""What is doubtful about a log of others: frame, unit, clock, motor order, each with the number that raised it.
+
+Nothing here is mended: a map says what a column is, and physics says whether that can be.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
+
+from quad_core.vehicle import ARRANGEMENTS
+from quad_log_import.maps import Recording, Signal
+
+Floats = NDArray[np.float64]
+GRAVITY = 9.81
+STEEPEST = 30.0  # deg between body z and thrust as the median of a flight: more is another frame or order
+MOST = 200_000  # moments at which two signals are compared, so that a damaged time takes no memory
+
+
+def doubts(recording: Recording) -> list[str]:
+    """Return what speaks against a recording, one line each; nothing where all fits or cannot be compared."""
+    signals, found = recording.signals, list[str]()
+    for name, signal in signals.items():
+        found += [] if name.startswith("reference_") else _clock(name, signal)  # time without a set point is no gap
+    force, rates, attitude = (signals.get(name) for name in ("specific_force", "body_rates", "attitude"))
+    velocity, position, motors = (signals.get(name) for name in ("velocity", "position", "motors"))
+    if force is not None:
+        found += _gravity(force)
+    if rates is not None and attitude is not None:
+        found += _rates(rates, attitude)
+    if attitude is not None and position is not None and force is None:
+        found += _upright(attitude, position)
+    if velocity is not None and position is not None:
+        found += _velocity(velocity, position)
+    if force is not None and velocity is not None and attitude is not None:
+        found += _force(force, velocity, attitude)
+    if motors is not None and (motors.values.max() > 1.001 or motors.values.min() < -0.001):
+        low, high = motors.values.min(), motors.values.max()
+        found.append(
+            f"motors: found {low:.4g} to {high:.4g}, expected commands in 0..1: which unit is {motors.source}?"
+        )
+    if motors is not None and rates is not None:
+        found += _motor_order(motors, rates, recording.rotors)
+    return found
+
+
+def _clock(name: str, signal: Signal) -> list[str]:
+    steps = np.diff(signal.t)
+    usual = float(np.median(steps))
+    longest = float(steps.max())
+    found = []
+    if longest > max(20.0 * usual, 0.5):
+        at = float(signal.t[int(steps.argmax())])
+        found.append(f"{name}: a gap of {longest:.2f} s at {at:.2f} s, where samples come every {1e3 * usual:.1f} ms")
+    if not 1e-4 <= usual <= 2.0:
+        found.append(f"{name}: samples come every {usual:.3g} s: is the unit of its time right?")
+    return found
+
+
+def _gravity(force: Signal) -> list[str]:
+    mean = force.values.mean(axis=0)
+    size = float(np.median(np.linalg.norm(force.values, axis=1)))
+    if not 0.7 * GRAVITY < size < 1.5 * GRAVITY:
+        guess = " (in g?)" if 0.5 < size < 2.0 else ""
+        return [f"specific_force: found {size:.3g} m/s^2 as its median, expected about 9.8{guess}"]
+    if mean[2] < 0.7 * size:
+        text = ", ".join(f"{part:.2f}" for part in mean)
+        return [f"specific_force: its mean is ({text}) m/s^2, expected +9.8 along body z (up): forward-right-down?"]
+    return []
+
+
+def _derivative(signal: Signal, t: Floats, span: float = 0.1) -> Floats:
+    before, after = (
+        np.stack([np.interp(t + s * span, signal.t, c) for c in signal.values.T], axis=1) for s in (-0.5, 0.5)
+    )
+    change: Floats = (after - before) / span
+    return change
+
+
+def _mean_over(signal: Signal, t: Floats, span: float = 0.1) -> Floats:
+    moments: list[Floats] = [
+        np.stack([np.interp(t + s * span, signal.t, c) for c in signal.values.T], axis=1)
+        for s in np.linspace(-0.5, 0.5, 11)
+    ]
+    mean: Floats = np.mean(moments, axis=0)
+    return mean
+
+
+def _both(one: Signal, other: Signal) -> Floats:
+    begin, end = max(one.t[0], other.t[0]) + 1.0, min(one.t[-1], other.t[-1]) - 1.0
+    return np.arange(begin, end, max(0.05, (end - begin) / MOST)) if end > begin + 3.0 else np.zeros(0)
+
+
+def _rates(rates: Signal, attitude: Signal) -> list[str]:
+    t = _both(rates, attitude)
+    if not len(t):
+        return []
+    turned = Slerp(attitude.t, Rotation.from_quat(attitude.values))
+    before, after = turned(t - 0.05), turned(t + 0.05)
+    body, world = (before.inv() * after).as_rotvec() / 0.1, (after * before.inv()).as_rotvec() / 0.1
+    return _compared(
+        "body_rates", "the change of attitude", _mean_over(rates, t), body, {"in the world frame": world}, 0.1
+    )
+
+
+def _upright(attitude: Signal, position: Signal) -> list[str]:
+    """Return a doubt where body z is not along the thrust that the motion needs, as the median of the flight."""
+    t = _both(position, attitude)
+    if not len(t):
+        return []
+    speed = position._replace(t=t, values=_derivative(position, t, 0.2))
+    needed = _derivative(speed, t, 0.2) + np.array([0.0, 0.0, GRAVITY])
+    needed /= np.linalg.norm(needed, axis=1)[:, None]
+    at = np.searchsorted(attitude.t, t)
+
+    def off(quaternions: Floats) -> float:
+        up = Rotation.from_quat(quaternions[at]).apply([0.0, 0.0, 1.0])
+        return float(np.degrees(np.median(np.arccos(np.clip((up * needed).sum(axis=1), -1.0, 1.0)))))
+
+    found, reordered = off(attitude.values), off(attitude.values[:, [1, 2, 3, 0]])
+    if found < STEEPEST:
+        return []
+    hint = f"; read as w, x, y, z it is {reordered:.0f} deg" if reordered < STEEPEST else ""
+    return [
+        f"attitude: body z is {found:.0f} deg off the thrust that the motion needs, expected below {STEEPEST:.0f}{hint}"
+    ]
+
+
+def _velocity(velocity: Signal, position: Signal) -> list[str]:
+    t = _both(velocity, position)
+    if not len(t):
+        return []
+    change = _derivative(position, t)
+    others = {"in NED": change[:, [1, 0, 2]] * np.array([1.0, 1.0, -1.0])}
+    return _compared("velocity", "the change of position", _mean_over(velocity, t), change, others, 0.1)
+
+
+def _force(force: Signal, velocity: Signal, attitude: Signal) -> list[str]:
+    t = _both(force, velocity)
+    t = t[(t > attitude.t[0]) & (t < attitude.t[-1])]
+    if not len(t):
+        return []
+    turned = Slerp(attitude.t, Rotation.from_quat(attitude.values))(t)
+    needed = turned.apply(_derivative(velocity, t) + np.array([0.0, 0.0, GRAVITY]), inverse=True)
+    return _compared("specific_force", "the change of velocity", _mean_over(force, t), needed, {}, 0.5)
+
+
+def _compared(
+    name: str, against: str, found: Floats, expected: Floats, others: dict[str, Floats], still: float
+) -> list[str]:
+    """Return doubts where ``found`` and ``expected`` differ in size or sign; ``still``: too small to judge."""
+    out = []
+    moving = expected.std(axis=0) > still
+    if not moving.any():
+        return []
+    a, b = (each[:, moving] - each[:, moving].mean(axis=0) for each in (found, expected))
+    share = float((a * b).sum() / max((b * b).sum(), 1e-12))
+    fit = float((a * b).sum() / max(np.sqrt((a * a).sum() * (b * b).sum()), 1e-12))
+    better = {
+        name: float((a * c).sum() / max(np.sqrt((a * a).sum() * (c * c).sum()), 1e-12))
+        for name, other in others.items()
+        for c in [other[:, moving] - other[:, moving].mean(axis=0)]
+    }
+    best = max(better, key=better.__getitem__, default="")
+    if best and better[best] > max(fit + 0.1, 0.6):
+        out.append(
+            f"{name}: agrees with {against} {best} (correlation {better[best]:.2f}), with that expected {fit:.2f}"
+        )
+    elif fit < 0.6:
+        out.append(f"{name}: correlation with {against} {fit:.2f}, expected 0.6 or more: frame, sign or clock?")
+    elif not 0.6 < share < 1.6:
+        hints = {
+            57.3: "degrees for radians",
+            1.0 / 57.3: "radians for degrees",
+            3.6: "km/h for m/s",
+            9.81: "m/s^2 for g",
+        }
+        hint = next((text for factor, text in hints.items() if 0.8 < share / factor < 1.25), "which unit?")
+        out.append(f"{name}: {share:.3g} times {against}, expected 1: {hint}")
+    return out
+
+
+def _motor_order(motors: Signal, rates: Signal, rotors: str) -> list[str]:
+    t = _both(motors, rates)
+    fast = min(len(motors.t) / np.ptp(motors.t), len(rates.t) / np.ptp(rates.t))
+    if not len(t) or fast < 45.0:
+        return []
+    t = np.arange(t[0], t[-1], max(0.02, (t[-1] - t[0]) / MOST))
+    alpha, out = _derivative(rates, t, 0.04), []
+    best = {}
+    for name, arrangement in ARRANGEMENTS.items():
+        fits = []
+        for shift in (0.0, 0.02, 0.04, 0.06):
+            u = np.stack([np.interp(t - shift, motors.t, column) for column in motors.values.T], axis=1)
+            u = u - u.mean(axis=0)
+            with np.errstate(invalid="ignore", divide="ignore"):  # motors that do not move
+                pairs = zip(arrangement.levers, alpha.T, strict=True)
+                fits.append([np.corrcoef(u @ np.array(turn), axis)[0, 1] for turn, axis in pairs])
+        best[name] = np.nan_to_num(np.array(fits)).max(axis=0)
+    mine = best[rotors]
+    other = max(best, key=lambda name: float(best[name][:2].sum()))
+    if best[other][:2].sum() > mine[:2].sum() + 0.4 and best[other][:2].min() > 0.2:
+        text = ", ".join(f"{value:.2f}" for value in mine)
+        out.append(
+            f"motors: torque of order {rotors!r} correlates {text} with what followed about x, y, z; order {other!r} "
+            f"does {', '.join(f'{value:.2f}' for value in best[other])}"
+        )
+    return out
