@@ -164,7 +164,7 @@ def test_what_cannot_fly_ends_with_one_line_and_2():
         (BRIDGE, without, known, "px4_msgs: not found"),
         (BRIDGE, given, [*known, "-p", "flight.mode:=lockstep"], "flight.mode: found lockstep"),
         (BRIDGE, given, [*roles, *PERIODS], "airframe.max_rotor_thrust: found 0.0"),
-        (BRIDGE, given, [*known, "-p", "external_mode:=Case flight"], "external_mode: found 'Case flight'"),
+        (BRIDGE, given, [*known, "-p", "external_mode:=Mine", "-p", "loss_limit:=0.0"], "expected mode attitude"),
         (BRIDGE, given, PERIODS, "found no commander, expected one: scripts/fly --mission takeoff:2,case2,hold:5,land"),
         (mavlink, without, thrust, "pymavlink: not found"),
         (mavlink, whole, [*roles, *PERIODS], "max_rotor_thrust: found 0.0"),

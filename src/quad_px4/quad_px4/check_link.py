@@ -2,7 +2,7 @@
 
 On the ground without propellers (the motors turn), or in a simulator. A relay stands between PX4 and flights of
 scripts/fly that this command starts; PX4's own messages say when it left our mode. COM_OF_LOSS_T decides in offboard,
-the fourth missed arming check (1.25 s) in an external mode of 1.15 to 1.17.
+the fourth missed arming check (1.25 s) in an external mode of 1.15 to 1.17, which is flown in mode attitude alone.
 
 Examples:
   scripts/check_link airframe.yaml --vehicle x500 --preset x500 --domain 0
@@ -33,6 +33,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
 
+from quad_core.cascade import ATTITUDE, POSITION
 from quad_core.command_line import Parser
 from quad_core.parameter_files import overrides_for, read_parameter_file
 from quad_core.parameters import ParameterError, Value
@@ -53,9 +54,10 @@ IN = (
 SIDE = "link_check"  # namespace of the flight's side of the relay
 FAULTS = ("bridge killed", "bridge stopped", "controller killed", "agent killed", "link cut", "state frozen")
 LIMIT = "limit"  # what --only calls the flight that must be refused
+_REFUSED: dict[str, dict[str, Value]] = {"offboard": {"loss_limit": 0.01}, "external": {"mode": "wrench"}}
 MODES = ("offboard", "external")
 LIMITS = {"offboard": 0.25, "external": MODE_LOSS}
-"""s within which PX4 must fly itself: loss_limit of the bridge; four arming checks."""
+"""s within which PX4 must fly itself: loss_limit of the bridge; four arming checks, in mode attitude alone."""
 _STAMPS = struct.Struct("<QQ")
 _AFTER_HEADER = 4  # bytes of CDR before timestamp and timestamp_sample
 _HEARD_WITHIN, _ARMED_WITHIN, _LEFT_WITHIN, _DOWN_WITHIN, _OFF = 60.0, 120.0, 10.0, 90.0, 3.0  # s
@@ -167,10 +169,7 @@ class Check:
         if not _until(lambda: self.relay.status is not None, _HEARD_WITHIN):
             raise ParameterError(f"no vehicle_status from PX4 in domain {options.domain}: is its agent running?")
         folder.mkdir(parents=True)
-        own: dict[str, Value] = {**options.bridge, "namespace": SIDE, "external_mode": "", "chosen_by": "bridge"}
-        if mode == "external":
-            own |= {"external_mode": "Link check"} | ({} if self.watches else {"loss_limit": 0.0})
-        content = {f"/**/{PX4}": {"ros__parameters": own | settings}}
+        content = {f"/**/{PX4}": {"ros__parameters": self._bridge(mode) | settings}}
         (folder / "airframe.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
         command = ["scripts/fly", "--mission", f"takeoff:{options.height:g},hold:120,land", "--realtime"]
         command += ["--domain", str(options.domain), "--vehicle", options.vehicle, "--preset", options.preset]
@@ -202,7 +201,14 @@ class Check:
                     found.append(pid)
         return found
 
-    def _loss(self, fly: subprocess.Popen[str], fault: str) -> Callable[[], None]:
+    def _bridge(self, mode: str) -> dict[str, Value]:
+        """Return the parameters of the bridge in a flight of ``mode``."""
+        own: dict[str, Value] = {**self.options.bridge, "namespace": SIDE, "external_mode": "", "chosen_by": "bridge"}
+        if mode == "external":
+            own |= {"external_mode": "Link check"} | ({} if self.watches else {"mode": "attitude"})
+        return own
+
+    def _loss(self, fly: subprocess.Popen[str], mode: str, fault: str) -> Callable[[], None]:
         """Return what loses the link at once."""
         if fault == "link cut":
             return partial(setattr, self.relay, "cut", True)
@@ -211,7 +217,8 @@ class Check:
         if fault == "agent killed":
             assert self.agent is not None
             return self.agent.kill
-        name = "attitude_controller" if fault.startswith("controller") else PX4
+        flies = POSITION if self._bridge(mode).get("mode") == "attitude" else ATTITUDE
+        name = flies if fault.startswith("controller") else PX4
         pids = self._processes(fly, name)
         if not pids:
             raise ParameterError(f"found no process {name} of the flight")
@@ -224,7 +231,7 @@ class Check:
             if not _until(lambda: relay.is_ours or fly.poll() is not None, _ARMED_WITHIN) or not relay.is_ours:
                 return Row(mode, fault, float("nan"), "not armed", float("nan"), _words(said))
             time.sleep(self.options.after)
-            lose = self._loss(fly, fault) if relay.is_ours else None
+            lose = self._loss(fly, mode, fault) if relay.is_ours else None
             began, ours = relay.now(), relay.status.nav_state
             if lose is None or not relay.is_ours:  # finding a process takes a while
                 _until(lambda: fly.poll() is not None, _DOWN_WITHIN)
@@ -248,14 +255,13 @@ class Check:
         return Row(mode, fault, took, into, down, _words(said))
 
     def refuse(self, mode: str) -> Row:
-        """Ask for less than PX4 can: the bridge must refuse to arm."""
-        limit = 0.01 if mode == "offboard" else LIMITS["offboard"]
-        with self._flight(mode, "refused", loss_limit=limit) as (fly, said):
+        """Ask for what a lost link would make a crash of: the bridge must refuse it."""
+        with self._flight(mode, "refused", **_REFUSED[mode]) as (fly, said):
             _until(lambda: self.relay.is_ours or fly.poll() is not None, _ARMED_WITHIN)
             why = _words(said)
-            is_refused = not self.relay.is_ours and ("arming refused" in why or "loss_limit" in why)
-        return Row(mode, f"loss_limit {limit:g}", float("nan"), "refused" if is_refused else "ARMED", float("nan"),
-                   _words(said))  # fmt: skip
+            is_refused = not self.relay.is_ours and ("arming refused" in why or "external_mode" in why)
+        asked = " ".join(f"{name} {value}" for name, value in _REFUSED[mode].items())
+        return Row(mode, asked, float("nan"), "refused" if is_refused else "ARMED", float("nan"), why)
 
 
 def _until(holds: Callable[[], bool], seconds: float) -> bool:
@@ -281,9 +287,7 @@ def _printed(row: Row) -> str:
 
 
 def _is_bad(row: Row) -> bool:
-    if row.fault.startswith("loss_limit"):
-        return row.into != "refused"
-    return row.into != "disarmed" and not row.took <= LIMITS[row.mode]
+    return row.into not in ("disarmed", "refused") and not row.took <= LIMITS[row.mode]
 
 
 def _parser() -> Parser:
@@ -374,8 +378,7 @@ def _fly(options: argparse.Namespace, px4: ModuleType, mode: str, fault: str) ->
         if check.agent is not None:
             check.agent.kill()
     print(_printed(row), flush=True)
-    is_measured = row.took == row.took or row.fault.startswith("loss_limit")
-    return int(_is_bad(row)) if is_measured else 2
+    return int(_is_bad(row)) if fault == LIMIT or row.took == row.took else 2
 
 
 if __name__ == "__main__":

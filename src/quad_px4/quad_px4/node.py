@@ -74,15 +74,15 @@ class Px4Bridge:
 
     def _registered(self) -> ExternalMode | None:
         """Return the registration of parameter external_mode, None without; raises ParameterError."""
-        name, limit = getattr(self.settings, "external_mode", ""), self.settings.loss_limit
+        name = getattr(self.settings, "external_mode", "")
         if not name:
             return None
         space, refusal = self.settings.namespace, self._arming_refusal
-        external = ExternalMode(self.node.ros, self.px4, space, name, self._mode, refusal, limit)
-        if not self._by_attitude and 0.0 < limit < MODE_LOSS and not external.watches:
+        external = ExternalMode(self.node.ros, self.px4, space, name, self._mode, refusal, self.settings.loss_limit)
+        if not self._by_attitude and not external.watches:
             raise ParameterError(
-                f"external_mode: found {name!r} in mode wrench or motors, loss_limit {limit:g} s; expected "
-                f"loss_limit 0 or at least {MODE_LOSS:g}: PX4 holds the last torque until it misses the mode"
+                f"external_mode: found {name!r} in mode wrench or motors, expected mode attitude, or no external_mode: "
+                f"a lost link turns the vehicle over, for this PX4 holds the last torque for {MODE_LOSS:g} s"
             )
         return external
 

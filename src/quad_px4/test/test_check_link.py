@@ -5,7 +5,7 @@ import struct
 import pytest
 
 from quad_px4 import check_link
-from quad_px4.check_link import LIMIT, Relay, Row, _is_bad, _parser, _wanted, _words
+from quad_px4.check_link import LIMIT, Check, Relay, Row, _is_bad, _parser, _wanted, _words
 
 NAN = float("nan")
 
@@ -51,11 +51,30 @@ def test_a_cut_link_passes_nothing(relay):
         (Row("external", "link cut", NAN, "the same", NAN, ""), True),
         (Row("offboard", "agent killed", NAN, "disarmed", NAN, ""), False),
         (Row("offboard", "loss_limit 0.01", NAN, "refused", NAN, ""), False),
-        (Row("offboard", "loss_limit 0.01", NAN, "ARMED", NAN, ""), True),
+        (Row("external", "mode wrench", NAN, "ARMED", NAN, ""), True),
     ],
 )
 def test_a_loss_that_lasts_too_long_and_a_limit_that_is_not_refused_are_bad(row, is_bad):
     assert _is_bad(row) == is_bad
+
+
+@pytest.mark.parametrize(
+    ("own", "mode", "watches", "killed"),
+    [
+        ({"mode": "wrench"}, "offboard", False, "attitude_controller"),
+        ({}, "offboard", False, "attitude_controller"),
+        ({"mode": "attitude"}, "offboard", False, "position_controller"),
+        ({"mode": "wrench"}, "external", False, "position_controller"),
+        ({"mode": "wrench"}, "external", True, "attitude_controller"),
+    ],
+)
+def test_the_controller_that_is_killed_is_the_one_that_flies(own, mode, watches, killed, monkeypatch):
+    options = _parser().parse_args(["air.yaml"])
+    options.bridge = own
+    check, asked = Check(options, None, watches), []
+    monkeypatch.setattr(check, "_processes", lambda fly, name: asked.append(name) or [1])
+    check._loss(None, mode, "controller killed")
+    assert asked == [killed]
 
 
 def test_what_fly_said_is_its_verdict_not_what_nodes_logged(tmp_path):
