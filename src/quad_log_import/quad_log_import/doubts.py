@@ -3,12 +3,15 @@
 Nothing here is mended: a map says what a column is, and physics says whether that can be.
 """
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 from quad_core.vehicle import ARRANGEMENTS
-from quad_log_import.maps import Recording, Signal
+from quad_log_import.maps import Recording, Signal, interpolated, turning
 
 Floats = NDArray[np.float64]
 GRAVITY = 9.81
@@ -21,25 +24,18 @@ def doubts(recording: Recording) -> list[str]:
     signals, found = recording.signals, list[str]()
     for name, signal in signals.items():
         found += [] if name.startswith("reference_") else _clock(name, signal)  # time without a set point is no gap
-    force, rates, attitude = (signals.get(name) for name in ("specific_force", "body_rates", "attitude"))
-    velocity, position, motors = (signals.get(name) for name in ("velocity", "position", "motors"))
-    if force is not None:
-        found += _gravity(force)
-    if rates is not None and attitude is not None:
-        found += _rates(rates, attitude)
-    if attitude is not None and position is not None and force is None:
-        found += _upright(attitude, position)
-    if velocity is not None and position is not None:
-        found += _velocity(velocity, position)
-    if force is not None and velocity is not None and attitude is not None:
-        found += _force(force, velocity, attitude)
-    if motors is not None and (motors.values.max() > 1.001 or motors.values.min() < -0.001):
-        low, high = motors.values.min(), motors.values.max()
-        found.append(
-            f"motors: found {low:.4g} to {high:.4g}, expected commands in 0..1: which unit is {motors.source}?"
-        )
-    if motors is not None and rates is not None:
-        found += _motor_order(motors, rates, recording.rotors)
+    checks: dict[Callable[..., list[str]], tuple[str, ...]] = {
+        _gravity: ("specific_force",),
+        _rates: ("body_rates", "attitude"),
+        _velocity: ("velocity", "position"),
+        _force: ("specific_force", "velocity", "attitude"),
+        _upright: ("attitude", "position"),
+        _motor_range: ("motors",),
+        partial(_motor_order, recording.rotors): ("motors", "body_rates"),
+    }
+    for check, names in checks.items():
+        if signals.keys() >= {*names} and (check is not _upright or "specific_force" not in signals):
+            found += check(*(signals[name] for name in names))
     return found
 
 
@@ -69,20 +65,8 @@ def _gravity(force: Signal) -> list[str]:
 
 
 def _derivative(signal: Signal, t: Floats, span: float = 0.1) -> Floats:
-    before, after = (
-        np.stack([np.interp(t + s * span, signal.t, c) for c in signal.values.T], axis=1) for s in (-0.5, 0.5)
-    )
-    change: Floats = (after - before) / span
-    return change
-
-
-def _mean_over(signal: Signal, t: Floats, span: float = 0.1) -> Floats:
-    moments: list[Floats] = [
-        np.stack([np.interp(t + s * span, signal.t, c) for c in signal.values.T], axis=1)
-        for s in np.linspace(-0.5, 0.5, 11)
-    ]
-    mean: Floats = np.mean(moments, axis=0)
-    return mean
+    before, after = (interpolated(signal.t, signal.values, t + s * span) for s in (-0.5, 0.5))
+    return (after - before) / span
 
 
 def _both(one: Signal, other: Signal) -> Floats:
@@ -92,14 +76,13 @@ def _both(one: Signal, other: Signal) -> Floats:
 
 def _rates(rates: Signal, attitude: Signal) -> list[str]:
     t = _both(rates, attitude)
-    if not len(t):
-        return []
-    turned = Slerp(attitude.t, Rotation.from_quat(attitude.values))
-    before, after = turned(t - 0.05), turned(t + 0.05)
-    body, world = (before.inv() * after).as_rotvec() / 0.1, (after * before.inv()).as_rotvec() / 0.1
-    return _compared(
-        "body_rates", "the change of attitude", _mean_over(rates, t), body, {"in the world frame": world}, 0.1
-    )
+    body = interpolated(attitude.t, turning(attitude.t, attitude.values), t)
+    world = {"in the world frame": _level(attitude, t).apply(body)}
+    return _compared("body_rates", "the change of attitude", rates, t, body, world)
+
+
+def _level(attitude: Signal, t: Floats) -> Rotation:
+    return Slerp(attitude.t, Rotation.from_quat(attitude.values))(t)
 
 
 def _upright(attitude: Signal, position: Signal) -> list[str]:
@@ -127,39 +110,37 @@ def _upright(attitude: Signal, position: Signal) -> list[str]:
 
 def _velocity(velocity: Signal, position: Signal) -> list[str]:
     t = _both(velocity, position)
-    if not len(t):
-        return []
     change = _derivative(position, t)
     others = {"in NED": change[:, [1, 0, 2]] * np.array([1.0, 1.0, -1.0])}
-    return _compared("velocity", "the change of position", _mean_over(velocity, t), change, others, 0.1)
+    return _compared("velocity", "the change of position", velocity, t, change, others)
 
 
 def _force(force: Signal, velocity: Signal, attitude: Signal) -> list[str]:
     t = _both(force, velocity)
     t = t[(t > attitude.t[0]) & (t < attitude.t[-1])]
-    if not len(t):
-        return []
-    turned = Slerp(attitude.t, Rotation.from_quat(attitude.values))(t)
-    needed = turned.apply(_derivative(velocity, t) + np.array([0.0, 0.0, GRAVITY]), inverse=True)
-    return _compared("specific_force", "the change of velocity", _mean_over(force, t), needed, {}, 0.5)
+    needed = _level(attitude, t).apply(_derivative(velocity, t) + np.array([0.0, 0.0, GRAVITY]), inverse=True)
+    return _compared("specific_force", "the change of velocity", force, t, needed, {}, 0.5)
+
+
+def _fit(one: Floats, other: Floats) -> float:
+    """Return the correlation of two signals without a mean, all axes together."""
+    return float((one * other).sum() / max(np.sqrt((one * one).sum() * (other * other).sum()), 1e-12))
 
 
 def _compared(
-    name: str, against: str, found: Floats, expected: Floats, others: dict[str, Floats], still: float
+    name: str, against: str, signal: Signal, t: Floats, expected: Floats, others: dict[str, Floats], still: float = 0.1
 ) -> list[str]:
-    """Return doubts where ``found`` and ``expected`` differ in size or sign; ``still``: too small to judge."""
-    out = []
-    moving = expected.std(axis=0) > still
+    """Return doubts where 0.1 s of ``signal`` and ``expected``, both at ``t``, differ in size or sign.
+
+    ``others``: what it may be instead; ``still``: too small to judge.
+    """
+    moving = expected.std(axis=0) > still if len(t) else np.zeros(3, dtype=bool)
     if not moving.any():
         return []
-    a, b = (each[:, moving] - each[:, moving].mean(axis=0) for each in (found, expected))
-    share = float((a * b).sum() / max((b * b).sum(), 1e-12))
-    fit = float((a * b).sum() / max(np.sqrt((a * a).sum() * (b * b).sum()), 1e-12))
-    better = {
-        name: float((a * c).sum() / max(np.sqrt((a * a).sum() * (c * c).sum()), 1e-12))
-        for name, other in others.items()
-        for c in [other[:, moving] - other[:, moving].mean(axis=0)]
-    }
+    found = np.mean([interpolated(signal.t, signal.values, t + s) for s in np.linspace(-0.05, 0.05, 11)], axis=0)
+    a, b, *rest = (each[:, moving] - each[:, moving].mean(axis=0) for each in (found, expected, *others.values()))
+    share, fit, out = float((a * b).sum() / max((b * b).sum(), 1e-12)), _fit(a, b), []
+    better = {other: _fit(a, c) for other, c in zip(others, rest, strict=True)}
     best = max(better, key=better.__getitem__, default="")
     if best and better[best] > max(fit + 0.1, 0.6):
         out.append(
@@ -179,7 +160,13 @@ def _compared(
     return out
 
 
-def _motor_order(motors: Signal, rates: Signal, rotors: str) -> list[str]:
+def _motor_range(motors: Signal) -> list[str]:
+    low, high = motors.values.min(), motors.values.max()
+    asked = f"expected commands in 0..1: which unit is {motors.source}?"
+    return [] if low >= -0.001 and high <= 1.001 else [f"motors: found {low:.4g} to {high:.4g}, {asked}"]
+
+
+def _motor_order(rotors: str, motors: Signal, rates: Signal) -> list[str]:
     t = _both(motors, rates)
     fast = min(len(motors.t) / np.ptp(motors.t), len(rates.t) / np.ptp(rates.t))
     if not len(t) or fast < 45.0:
@@ -190,7 +177,7 @@ def _motor_order(motors: Signal, rates: Signal, rotors: str) -> list[str]:
     for name, arrangement in ARRANGEMENTS.items():
         fits = []
         for shift in (0.0, 0.02, 0.04, 0.06):
-            u = np.stack([np.interp(t - shift, motors.t, column) for column in motors.values.T], axis=1)
+            u = interpolated(motors.t, motors.values, t - shift)
             u = u - u.mean(axis=0)
             with np.errstate(invalid="ignore", divide="ignore"):  # motors that do not move
                 pairs = zip(arrangement.levers, alpha.T, strict=True)

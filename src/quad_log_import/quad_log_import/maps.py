@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from quad_core.parameter_files import load_yaml
 from quad_flight_log.errors import FlightLogError, one_line
@@ -227,11 +228,16 @@ def derivative(t: Floats, values: Floats, order: int) -> Floats:
     span = span_of(t, order)
     jumped = np.linalg.norm(np.diff(values, axis=0, prepend=values[:1]), axis=1) > _FASTEST * steps
     breaks = np.cumsum(jumped | (steps > 2.0 * span))
-    before, after = (np.stack([np.interp(t + s * span, t, column) for column in values.T], 1) for s in (-1.0, 1.0))
+    before, after = (interpolated(t, values, t + s * span) for s in (-1.0, 1.0))
     whole = has_both_sides(t, span)
     low, high = (np.interp(t + s * span, t, breaks) for s in (-1.0, 1.0))
     found = (after - before) / (2.0 * span) if order == 1 else (after - 2.0 * values + before) / span**2
     return np.where((whole & (low == high))[:, None], found, 0.0)
+
+
+def interpolated(t: Floats, values: Floats, at: Floats) -> Floats:
+    """Return ``values``, shape (n, width), of the times ``t`` at the times ``at``, on straight lines between them."""
+    return np.stack([np.interp(at, t, column) for column in values.T], axis=1)
 
 
 def span_of(t: Floats, order: int = 1) -> float:
@@ -247,8 +253,6 @@ def has_both_sides(t: Floats, span: float) -> NDArray[np.bool_]:
 
 def turning(t: Floats, attitude: Floats) -> Floats:
     """Return body rates in rad/s of attitudes (quaternions xyzw), by differences over _SPANS; one-sided at the ends."""
-    from scipy.spatial.transform import Rotation
-
     span = span_of(t)
     first, last = (np.searchsorted(t, t + side * span).clip(0, len(t) - 1) for side in (-1.0, 1.0))
     turned = (Rotation.from_quat(attitude[first]).inv() * Rotation.from_quat(attitude[last])).as_rotvec()
@@ -258,8 +262,6 @@ def turning(t: Floats, attitude: Floats) -> Floats:
 
 def _attitude(values: Floats, entry: Mapping[str, Any]) -> Floats:
     """Return quaternions xyzw, FLU body to ENU world, of length 1 (NaN without one)."""
-    from scipy.spatial.transform import Rotation
-
     if entry.get("euler"):
         values = Rotation.from_euler("ZYX", np.nan_to_num(values)[:, ::-1]).as_quat()
     elif entry.get("order", "xyzw") == "wxyz":

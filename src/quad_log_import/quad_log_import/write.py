@@ -14,6 +14,7 @@
 import hashlib
 import os
 import time
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,7 @@ from quad_core.types import VehicleState
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.notes import CURVE, ROTORS
 from quad_flight_log.writer import BagWriter, Definition
-from quad_log_import.maps import MOVES, Recording, Signal, derivative, has_both_sides, span_of, turning
+from quad_log_import.maps import MOVES, Recording, Signal, derivative, has_both_sides, interpolated, span_of, turning
 
 Floats = NDArray[np.float64]
 _ACTUATORS = "std_msgs/Header header\nfloat64[] position\nfloat64[] velocity\nfloat64[] normalized\n"
@@ -103,7 +104,8 @@ def _messages(recording: Recording) -> list[tuple[int, str, Any]]:
                 parts["velocity"] = beside.values[index]
             out.append((ns, "motors", types["actuator_msgs/msg/Actuators"](header=_header(ns, "base_link"), **parts)))
     out += [(ns, "battery_state", _battery(ns, row[0])) for ns, row in _rows(signals.get("voltage"))]
-    return out + _states(recording) + _references(recording)
+    states = _states(recording)
+    return out + states + _references(signals, np.array([each[0] for each in states]))
 
 
 def _rows(signal: Signal | None) -> list[tuple[int, list[float]]]:
@@ -154,10 +156,6 @@ def _battery(ns: int, voltage: float) -> Any:
     )  # fmt: skip
 
 
-def _between(signal: Signal, t: Floats) -> Floats:
-    return np.stack([np.interp(t, signal.t, column) for column in signal.values.T], axis=1)
-
-
 def _states(recording: Recording) -> list[tuple[int, str, Any]]:
     if not recording.signals.keys() >= MOVES.keys():
         return []
@@ -171,7 +169,7 @@ def _states(recording: Recording) -> list[tuple[int, str, Any]]:
         return []
     inside = (attitude.t >= max(each.t[0] for each in others)) & (attitude.t <= min(each.t[-1] for each in others))
     t = attitude.t[inside]
-    p, v, w = (_between(each, t) for each in others)
+    p, v, w = (interpolated(each.t, each.values, t) for each in others)
     kind, out, rest = _store().types["quad_msgs/msg/VehicleState"], [], VehicleState()._asdict()
     for step, (ns, q) in enumerate(zip(np.round(t * 1e9).astype(int).tolist(), attitude.values[inside], strict=True)):
         known = {"p_w": p[step], "v_w": v[step], "q_wb": q, "omega_b": w[step]}
@@ -186,17 +184,16 @@ def _inner(signal: Signal) -> Signal:
     return Signal(signal.t[inside], signal.values[inside], signal.source)
 
 
-def _references(recording: Recording) -> list[tuple[int, str, Any]]:
-    """Return set points at the times of the states, each the last one before; none where that is too old."""
-    signals, place = recording.signals, recording.signals.get("reference_position")
-    states = _states(recording)
-    if place is None or not states:
+def _references(signals: Mapping[str, Signal], ns: NDArray[np.int64]) -> list[tuple[int, str, Any]]:
+    """Return set points at the times ``ns`` of the states, each the last one before; none where that is too old."""
+    place = signals.get("reference_position")
+    if place is None or not len(ns):
         return []
-    ns = np.array([each[0] for each in states])
-    index = _last(place, ns * 1e-9)
+    t = 1e-9 * ns.astype(np.float64)
+    index = _last(place, t)
     kind, zero, out = _store().types["quad_msgs/msg/TrajectoryPoint"], np.zeros(3), []
     oldest = max(1.0, 5.0 * float(np.median(np.diff(place.t, append=place.t[-1]))))
-    held = [_held(signals.get(f"reference_{name}"), ns * 1e-9) for name in ("velocity", "acceleration", "yaw")]
+    held = [_held(signals.get(f"reference_{name}"), t) for name in ("velocity", "acceleration", "yaw")]
     for step, (at, row, v, a, yaw) in enumerate(zip(ns.tolist(), index, *held, strict=True)):
         if row < 0 or at * 1e-9 - place.t[row] > oldest or not np.isfinite(place.values[row]).all():
             continue

@@ -37,7 +37,8 @@ _EXAMPLES = """examples:
 
 A BAG is a bag directory or one of its files, closed or not; topics are found in any namespace, or in --namespace.
 Exit codes: 0 good, 1 the flight or the bag is not, 2 bad usage, no readable bag or a defect of log. A bag that is no
-whole record of one flight gives 1 in metrics, check, hash, replay and report."""
+whole record of one flight, as every log of others, gives 1 in metrics, check, hash, replay and report. In metrics and
+report 1 means that alone: a failed flight gives 0. Lines of check begin with FAIL, unknown or ok."""
 
 
 def _info(options: argparse.Namespace) -> int:
@@ -253,12 +254,9 @@ def _report(options: argparse.Namespace) -> int:
         path = (options.out or Path()) / "comparison.html"
         print(text.table(names, [measured(flight) for flight in flights], notes=list(map(truth_note, flights))))
     print(write_page(page, path))
-    faults = [fault for flight in flights for fault in failed_checks(flight, RECORD)]
-    if not faults and page.verdict is not None and page.verdict[0] == "unknown":
-        faults = [page.verdict[1]]
-    if faults:
-        print(f"no verdict: {'; '.join(faults)}")
-    return 1 if faults else 0
+    if page.lacks:
+        print(f"no verdict: {'; '.join(page.lacks)}")
+    return 1 if page.lacks else 0
 
 
 def _names(options: argparse.Namespace, flights: Sequence[Flight]) -> list[str]:

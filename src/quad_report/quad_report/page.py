@@ -35,6 +35,7 @@ class Page(NamedTuple):
 
     ``command`` made it; ``facts`` are lines of name and value, folded at its end. ``verdict``: good, failed or
     unknown, and the line that opens the page; None where nothing was judged. ``numbers``: (value, what it is).
+    ``lacks``: what the bags do not tell of the verdict.
     """
 
     title: str
@@ -43,6 +44,7 @@ class Page(NamedTuple):
     body: Sequence[Figure | Playback | str]
     verdict: tuple[str, str] | None = None
     numbers: Sequence[tuple[str, str]] = ()
+    lacks: Sequence[str] = ()
 
 
 def heading(title: str, note: str = "") -> str:
@@ -193,28 +195,28 @@ def report_page(flights: Sequence[Flight], names: Sequence[str], command: str) -
     for flight, run in zip(flights, runs, strict=True):
         if not run.tables:
             raise flight.without_topics("there is nothing to report")
+    is_alone = len(runs) == 1
     judged = [judgement(flight, run.metrics) for flight, run in zip(flights, runs, strict=True)]
     notes = {name: truth_note(flight) for flight, name in zip(flights, names, strict=True)}
     body: list[Figure | Playback | str] = [heading("", f"{name}: {note}") for name, note in notes.items() if note]
-    tables = _tables(runs, judged[0].limits if len(runs) == 1 else {})
+    tables = _tables(runs, judged[0].limits if is_alone else {})
     inside = with_bands(inside_figures(runs), runs)
     error = [figure for figure in inside if figure.key.endswith("-error")]
     others = [figure for figure in inside if not figure.key.endswith("-error")]
-    body += [*playback(runs), *tables, *error] if len(runs) == 1 else [*tables, *error, *playback(runs)]
+    body += [*playback(runs), *tables, *error] if is_alone else [*tables, *error, *playback(runs)]
     trajectory = runs[0].trajectory
     body += [heading("The paper's figures" if trajectory in CASES else "Position and attitude")]
     body += with_bands(paper_figures(runs), runs)
     body += [heading("Inside the flight"), *others, *_flown_with(flights, names)]
     facts = [(name, str(flight.path)) for flight, name in zip(flights, names, strict=True)]
-    page = Page(f"Flight{'s' * (len(names) > 1)} {', '.join(names)}", command, facts, body)
     verdict = next(word for word in ("failed", "unknown", "good") if word in [one.verdict for one in judged])
-    if len(runs) == 1:
-        return page._replace(verdict=(verdict, judged[0].text), numbers=_numbers(runs[0].metrics))
     texts: dict[str, list[str]] = {}
-    for name, one in zip(names, judged, strict=True):
-        texts.setdefault(one.text, []).append(name)
-    text = "; ".join(f"{', '.join(alike)}: {text}" for text, alike in texts.items())
-    return page._replace(verdict=(verdict, text))
+    for name, each in zip(names, judged, strict=True):
+        texts.setdefault(each.text, []).append(name)
+    text = judged[0].text if is_alone else "; ".join(f"{', '.join(alike)}: {text}" for text, alike in texts.items())
+    lacks = [lack for each in judged for lack in each.unknown]
+    title = f"Flight{'s' * (len(names) > 1)} {', '.join(names)}"
+    return Page(title, command, facts, body, (verdict, text), _numbers(runs[0].metrics) if is_alone else (), lacks)
 
 
 def runs_of_one_trajectory(flights: Sequence[Flight], names: Sequence[str]) -> list[Run]:
