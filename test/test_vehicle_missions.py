@@ -19,6 +19,7 @@ LATER = 7.0
 FAULTS = {
     "pilot": ({"pilot_after": LATER}, LONG, "took the vehicle in flight"),
     "lost link": ({"silent_after": LATER}, LONG, "nothing for|no good state|state older"),
+    "frozen state": ({"frozen_after": LATER}, LONG, "state: frozen"),
     "low battery": ({"battery_after": LATER}, LONG, "battery"),
     "reset": ({"reset_after": LATER, "reset_by": 3.0}, "takeoff:2,hold:5,land", "the estimate jumped by 3.00 m"),
     "Ctrl-C": ({}, LONG, "SIGINT"),

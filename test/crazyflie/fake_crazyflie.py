@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "px4"))
 from body import Body, Fake
 
 OPTIONS = {
-    "cannot_arm": False, "silent_after": 0.0, "pilot_after": 0.0, "battery_after": 0.0,
+    "cannot_arm": False, "silent_after": 0.0, "frozen_after": 0.0, "pilot_after": 0.0, "battery_after": 0.0,
     "reset_after": 0.0, "reset_by": 0.0,
 }  # fmt: skip
 PARAM, RPYT, MEM, LOG, GENERIC, HIGH_LEVEL, SUPERVISOR, PLATFORM, LINK = 2, 3, 4, 5, 7, 8, 9, 13, 15
@@ -202,7 +202,7 @@ class FakeCrazyflie(Fake):
             self.publish()
 
     def publish(self):
-        body = self.body
+        body = self.told
         q = body.quaternion()  # wxyz, FRD in NED
         s = math.sqrt(0.5)
         enu = np.array([-s * (q[1] + q[2]), s * (q[2] - q[1]), s * (q[3] - q[0]), -s * (q[0] + q[3])])
@@ -212,7 +212,7 @@ class FakeCrazyflie(Fake):
         values += [packed(enu), self.millivolts, self.info()]
         data = b"".join(struct.pack("<" + VARIABLES[place][1], values[place]) for place in self.block)
         stamp = round(1e3 * self.now)
-        self.report["poses"].append([stamp, *(WORLD @ body.p).tolist()])
+        self.report["poses"].append([stamp, *(WORLD @ self.body.p).tolist()])
         self.send(LOG, 2, struct.pack("<BI", self.identity, stamp)[:4] + data)
 
     def turn(self):

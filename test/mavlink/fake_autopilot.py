@@ -27,6 +27,7 @@ OPTIONS = {
     "reset_by": 0.1,  # m
     "pilot_after": 0.0,
     "silent_after": 0.0,
+    "frozen_after": 0.0,
     "battery_after": 0.0,
     "guid_options": 8,
     "angle_boost": 1,
@@ -250,7 +251,7 @@ class FakeAutopilot(Fake):
         self.send(mavlink.MAVLink_heartbeat_message(2, kind, 1 | (128 if self.armed else 0), mode, status, 3), codec)
 
     def sampled(self):
-        p = self.body.p + self.shift
+        p = self.told.p + self.shift
         self.samples += 1
         self.report["poses"].append([round(1e6 * self.now), *self.body.p.tolist()])
         if self.options["nan_every"] and self.samples % self.options["nan_every"] == 0:
@@ -259,21 +260,20 @@ class FakeAutopilot(Fake):
 
     def send_odometry(self):
         p, child = self.sampled(), self.options["child_frame"]
-        v = self.body.v if child == 1 else self.body.r.T @ self.body.v
-        q, nothing = self.body.quaternion(), [math.nan] * 21
+        told = self.told
+        v = told.v if child == 1 else told.r.T @ told.v
+        q, nothing = told.quaternion(), [math.nan] * 21
         stamp = round(1e6 * self.now)
         self.send(
-            mavlink.MAVLink_odometry_message(
-                stamp, 1, child, *p, q, *v, *self.body.w, nothing, nothing, self.resets, 8, 0
-            )
+            mavlink.MAVLink_odometry_message(stamp, 1, child, *p, q, *v, *told.w, nothing, nothing, self.resets, 8, 0)
         )
 
     def send_position(self):
-        self.send(mavlink.MAVLink_local_position_ned_message(round(1e3 * self.now), *self.sampled(), *self.body.v))
+        self.send(mavlink.MAVLink_local_position_ned_message(round(1e3 * self.now), *self.sampled(), *self.told.v))
 
     def send_attitude(self):
-        q = self.body.quaternion()
-        self.send(mavlink.MAVLink_attitude_quaternion_message(round(1e3 * self.now), *q, *self.body.w))
+        q = self.told.quaternion()
+        self.send(mavlink.MAVLink_attitude_quaternion_message(round(1e3 * self.now), *q, *self.told.w))
 
     def turn(self):
         """Take what came and go one step on."""

@@ -3,6 +3,7 @@
 Written from PX4's documentation alone: nothing here imports the bridge or the flight stack.
 """
 
+import copy
 import json
 import signal
 import sys
@@ -49,6 +50,15 @@ class Fake:
                 self.turn()
                 steps += 1
             time.sleep(max(0.0, began + STEP * steps - time.monotonic()))
+
+    frozen = None
+
+    @property
+    def told(self):
+        """Return the body whose pose is told: it stands still from ``frozen_after`` on."""
+        if self.happens("frozen_after"):
+            self.frozen = copy.deepcopy(self.body)
+        return self.frozen or self.body
 
     def note(self, what):
         """Report an event."""

@@ -29,6 +29,7 @@ OPTIONS = {
     "reset_by": 0.1,  # m
     "pilot_after": 0.0,
     "silent_after": 0.0,  # no odometry from then on
+    "frozen_after": 0.0,  # the same odometry from then on, under new stamps
     "battery": 0.9,
     "battery_after": 0.0,  # s in offboard and armed until it is at 5 %; 0: never
     "external": "",  # "": no such topics, "refused", or "accepted"
@@ -323,8 +324,9 @@ class FakePx4(Fake):
             return
         message = msg.VehicleOdometry(timestamp=self.stamp() + 600, timestamp_sample=self.stamp())
         message.pose_frame = message.velocity_frame = 1
-        message.position, message.velocity = (body.p + self.shift).tolist(), body.v.tolist()
-        message.q, message.angular_velocity = body.quaternion().tolist(), body.w.tolist()
+        told = self.told
+        message.position, message.velocity = (told.p + self.shift).tolist(), told.v.tolist()
+        message.q, message.angular_velocity = told.quaternion().tolist(), told.w.tolist()
         message.reset_counter = self.resets
         if options["nan_every"] and self.samples % options["nan_every"] == 0:
             message.position = [float("nan")] * 3

@@ -35,9 +35,9 @@ from quad_core.enumerations import GuardReason
 from quad_core.geometry import ZERO, add, norm, subtract, tilt
 from quad_core.lift_off import Standing, lifted_off, standing
 from quad_core.parameters import ParameterError
-from quad_core.types import Actuation, AttitudeThrust, VehicleState, with_ground
+from quad_core.types import Actuation, AttitudeThrust, VehicleState, Wrench, with_ground
 from quad_core.vehicle import level_hover
-from quad_guard.checks import broken_limit, within_thrust_range
+from quad_guard.checks import StateSample, WrenchCommand, broken_limit, within_thrust_range
 from quad_guard.guard import REASONS
 from quad_msgs.msg import AutopilotStatus, FlightMode, FlightState
 from quad_node.codec import UNUSABLE, Stamped, set_stamp, unpacker
@@ -61,11 +61,10 @@ _TELL_EVERY, _COMMANDER_ENDS = 0.5, 1.0  # s between two messages on flight/auto
 
 
 class Taken(NamedTuple):
-    """What became of an estimate. ``shifted``: the autopilot moved it and says so, the vehicle did not jump."""
+    """What became of an estimate."""
 
     accepted: bool = False
     published: bool = False
-    shifted: bool = False
 
 
 class AutopilotFlight:
@@ -74,7 +73,7 @@ class AutopilotFlight:
     What the bridge sets: ``profile``, how the autopilot is asked; ``said``, what it says of itself; ``ack``, its answer
     to the last request; ``spoke_at``, when it last sent anything, in s of ``clock``; ``stop``, why the flight must end
     now; ``predicted``, what the rotors will make of the last setpoint; ``by_attitude``, whether it is flown by
-    attitude_setpoint, else by wrench_setpoint.
+    attitude_setpoint, whose states alone the guard judges, else by wrench_setpoint.
 
     What it reads: ``sample`` and ``state``, the last estimate, ``heard`` at s of ``clock``; ``origin``, the estimate's
     time of step 0 in us, -1 before; ``lift``, where the ground is; ``beyond``, which limit of the step is broken.
@@ -126,6 +125,9 @@ class AutopilotFlight:
         self.limits, self.beyond, self._home = leader.guard.parameters.step, "", ZERO
         self._spacings: deque[int] = deque(maxlen=_SPACINGS)
         self.large_resets = 0
+        self._thrust: float | None = None
+        self._guarded_step, self._is_command_new, self._is_state_new = -1, False, False
+        self.guarded = Wrench()
         self._told: dict[str, Any] = {}
         self._tell_at = -math.inf
         self._reported: tuple[str, ...] = ()
@@ -184,7 +186,9 @@ class AutopilotFlight:
         self.sample, self.state, self.heard = sample, state, self.clock()
         # the commander looks at the vehicle before it is armed, and while the autopilot flies it
         is_due = self.leader.phase == FlightState.FLYING and self.phase != Phase.RELEASED
-        return Taken(True, is_due and self._publish_step(sample, state), is_shifted)
+        is_published = is_due and self._publish_step(sample, state)
+        self._show_guard(is_published, is_shifted)
+        return Taken(True, is_published)
 
     def _watch_limits(self, state: VehicleState) -> None:
         """Note the first limit of the step that ``state`` is beyond."""
@@ -245,6 +249,7 @@ class AutopilotFlight:
         self.note_command()
         setpoint: AttitudeThrust = stamped.value
         setpoint = setpoint._replace(thrust=self.within_thrust_range(setpoint.thrust))
+        self._thrust = setpoint.thrust
         return setpoint if self.may_fly() and self.state is not None else None
 
     def _setpoint_refusal(self, stamped: Stamped) -> str:
@@ -259,7 +264,7 @@ class AutopilotFlight:
 
     def note_command(self) -> None:
         """Note that a command has come: no state waits for one any more."""
-        self._unanswered_at = math.inf
+        self._unanswered_at, self._is_command_new = math.inf, True
 
     def may_fly(self) -> bool:
         """Return whether the controllers' commands go to the autopilot."""
@@ -298,6 +303,9 @@ class AutopilotFlight:
         now, phase, leader = self.clock(), self.phase, self.leader
         if phase == Phase.STREAM and self._missing():
             return arming.QUIET
+        self.step_guard()
+        if leader.guard.taken_over and leader.guard.memory.reason != GuardReason.REQUESTED:
+            self.stop = self.stop or leader.failure
         if leader.gives_up:
             self.stop = self.stop or leader.cause
         intent = self._intent()
@@ -329,6 +337,45 @@ class AutopilotFlight:
         if output.phase in (Phase.LANDED, Phase.RELEASED):
             self._end(output.reason, now)
         return output
+
+    def step_guard(self) -> None:
+        """Bring the guard up to now, in the autopilot's own time: ``guarded`` is what it lets through or flies.
+
+        It rests before the first command, and while the autopilot flies.
+        """
+        leader, node, state, given = self.leader, self.node, self.state, self._given()
+        if self.phase in (Phase.CLIMB, Phase.RETURN):  # nothing grows old meanwhile
+            self._rest_guard()
+            return
+        if given is None or state is None or self.origin < 0 or not self.is_obeyed():
+            return
+        now = node.current_step + int(1e9 * (self.clock() - self.heard)) // node.flight.plant_period
+        for step in range(self._guarded_step + 1 if self._guarded_step >= 0 else now, now + 1):
+            newest = step == now
+            command = given._replace(arrived=newest and given.arrived)
+            sample = StateSample(state, node.current_step, newest and self._is_state_new)
+            self.guarded = leader.guarded(command, sample, step)
+            self._guarded_step = step
+            if newest:
+                self._is_command_new = self._is_state_new = False
+
+    def _given(self) -> WrenchCommand | None:
+        """Return the newest command; by attitude what is known of it, its thrust, which is never too old."""
+        if self.by_attitude:
+            known = self._thrust is not None
+            return WrenchCommand(Wrench(self._thrust or 0.0, ZERO), self.node.current_step, True) if known else None
+        newest = self.leader.wrenches.newest
+        return WrenchCommand(newest.value, newest.step, self._is_command_new) if newest is not None else None
+
+    def _show_guard(self, is_published: bool, is_shifted: bool) -> None:
+        """Let the guard see an estimate; it begins anew where the autopilot has moved it and the guard does not fly."""
+        if is_shifted and not self.leader.guard.taken_over:  # it would refuse what lies a metre away
+            self._rest_guard()
+        self._is_state_new |= is_published
+
+    def _rest_guard(self) -> None:
+        self.leader.guard.rest(self.node.current_step)
+        self._guarded_step = -1
 
     def safe_thrust(self, setpoint: Setpoint) -> float | None:
         """Return the thrust in N of a safe setpoint, level or at rest; None where another one, or none, is due."""

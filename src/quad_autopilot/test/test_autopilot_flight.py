@@ -11,7 +11,8 @@ from quad_autopilot.autopilot_flight import BEAT, AutopilotFlight
 from quad_autopilot.evidence import Intent, Memory, Phase
 from quad_autopilot.parameters import ArmingParameters
 from quad_core.node_parameters import GuardParameters, StepLimits
-from quad_core.types import AttitudeThrust, Quat, Vec3, VehicleState
+from quad_core.types import AttitudeThrust, Quat, Vec3, VehicleState, Wrench
+from quad_guard.checks import StateSample, WrenchCommand
 from quad_msgs.msg import FlightState
 from quad_node.codec import Stamped
 
@@ -97,3 +98,25 @@ def test_a_flight_that_fails_right_after_this_process_stood_still_has_failed_by_
     flight.leader.cause, flight.leader.gives_up = "", False
     assert "disarmed in flight" in AutopilotFlight.step(flight).reason
     assert flight.leader.cause == cause
+
+
+@pytest.mark.parametrize("taken_over", [False, True])
+def test_where_the_autopilot_moves_its_estimate_the_guard_begins_anew_unless_it_flies(taken_over):
+    flight = Mock(_guarded_step=3, _is_state_new=False, **{"leader.guard.taken_over": taken_over})
+    AutopilotFlight._show_guard(flight, is_published=True, is_shifted=True)
+    assert flight._rest_guard.called != taken_over
+    assert flight._is_state_new
+
+
+@pytest.mark.parametrize(("given", "is_new"), [(True, True), (False, False)])
+def test_by_attitude_the_guard_judges_each_state_under_the_thrust_that_is_known(given, is_new):
+    flight = Mock(by_attitude=True, phase=Phase.FLY, origin=0, _guarded_step=NOW - 1, _thrust=8.0, _is_state_new=given)
+    flight.node = Mock(current_step=NOW, **{"flight.plant_period": PERIOD})
+    flight.clock, flight.heard, flight.state = (lambda: 1.0), 1.0 - 1.5e-9 * PERIOD, VehicleState(p_w=Vec3(z=2.0))
+    flight._given = lambda: AutopilotFlight._given(flight)
+    AutopilotFlight.step_guard(flight)
+    commands, samples, steps = zip(*(call.args for call in flight.leader.guarded.call_args_list), strict=True)
+    assert steps == (NOW, NOW + 1)
+    assert commands == tuple(WrenchCommand(Wrench(8.0), NOW, arrived) for arrived in (False, True))
+    assert samples == tuple(StateSample(flight.state, NOW, arrived) for arrived in (False, is_new))
+    assert not flight._is_state_new

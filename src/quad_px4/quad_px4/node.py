@@ -18,14 +18,11 @@ from quad_autopilot import thrust
 from quad_autopilot.arming import Setpoint
 from quad_autopilot.autopilot import Request, Stamps
 from quad_autopilot.autopilot_flight import BEAT, AutopilotFlight, Taken
-from quad_autopilot.evidence import Phase
 from quad_autopilot.odometry import Sample
 from quad_core.cascade import POSITION, STAGE
-from quad_core.enumerations import GuardReason
 from quad_core.parameters import ParameterError
 from quad_core.resolution import Resolved
 from quad_core.types import AttitudeThrust, Vec3, Wrench
-from quad_guard.checks import StateSample, WrenchCommand
 from quad_node.codec import Stamped
 from quad_node.main import run
 from quad_px4 import mapping, messages
@@ -61,10 +58,9 @@ class Px4Bridge:
         self._status: Any = None
         self._control_mode: Any = None
         self._flags, self._landed, self._battery = Flags(), False, math.nan
-        self._guarded_step, self._flown, self._refused = -1, Wrench(), ""
+        self._refused = ""
         self._external = self._registered()
         self.passed_on: Stamped | None = None
-        self._is_command_new = self._is_state_new = False
         self._listen(take_estimate or self.take_estimate)
         if not self._by_attitude and self._external is None:
             self.flight.profile = PROFILE._replace(loss_limit=self.settings.loss_limit, loss_advice=LOSS_ADVICE)
@@ -131,10 +127,6 @@ class Px4Bridge:
             self._external.selected(self._status.nav_state == self._ours, flight.stamps().now)
             if self._external.failure:
                 flight.stop = flight.stop or f"external_mode: {self._external.failure}"
-        if not self._by_attitude:
-            self._step_guard()
-        if guard.taken_over and guard.memory.reason != GuardReason.REQUESTED:
-            flight.stop = flight.stop or self.leader.failure
         due = flight.step()
         if due.heartbeat and self._ours < 0:  # an external mode is kept by the answers to its arming checks
             self._heartbeat_out.publish(messages.heartbeat(self.px4, self._mode, flight.stamps().now))
@@ -145,28 +137,23 @@ class Px4Bridge:
             self._send_attitude(flight.level(newtons))
         else:  # where the guard has taken over: what it flies
             is_guarded = due.setpoint == Setpoint.LEVEL and guard.taken_over
-            self._send_wrench(self._flown if is_guarded else Wrench(newtons, Vec3()), flight.stamps())
+            self._send_wrench(flight.guarded if is_guarded else Wrench(newtons, Vec3()), flight.stamps())
 
     def take_estimate(self, sample: Sample) -> Taken:
-        """Make a state of an estimate, which the guard takes as new."""
+        """Make a state of an estimate."""
         self.flight.spoke_at = self.flight.clock()
-        taken, guard = self.flight.take(sample), self.leader.guard
-        if taken.shifted and not guard.taken_over:  # it would refuse what lies a metre away
-            guard.rest(self.node.current_step)
-            self._guarded_step = -1
-        self._is_state_new |= taken.published
-        return taken
+        return self.flight.take(sample)
 
     def take_wrench(self) -> None:
         """Pass on a wrench that has just come."""
         flight, command = self.flight, self.leader.wrenches.newest
         if command is None or command is self.passed_on or self._by_attitude:
             return
-        self.passed_on, self._is_command_new = command, True
+        self.passed_on = command
         flight.note_command()
         if flight.may_fly():
-            self._step_guard()
-            wrench = self._flown if self.leader.guard.taken_over else command.value
+            flight.step_guard()
+            wrench = flight.guarded if self.leader.guard.taken_over else command.value
             wrench = wrench._replace(thrust=flight.within_thrust_range(wrench.thrust))
             sampled = flight.origin + command.step * self.node.flight.plant_period // 1000
             self._send_wrench(wrench, flight.stamps()._replace(sampled=sampled))
@@ -174,26 +161,6 @@ class Px4Bridge:
     def _take_setpoint(self, payload: bytes) -> None:
         if (setpoint := self.flight.accepted(payload)) is not None:
             self._send_attitude(setpoint)
-
-    def _step_guard(self) -> None:
-        """Bring the guard up to now, in PX4's own time; it rests before the first command and as PX4 lands."""
-        flight, node = self.flight, self.node
-        given, state = self.leader.wrenches.newest, flight.state
-        if flight.phase in (Phase.CLIMB, Phase.RETURN):  # the autopilot flies: nothing grows old meanwhile
-            self.leader.guard.rest(node.current_step)
-            self._guarded_step = -1
-            return
-        if given is None or state is None or flight.origin < 0 or not flight.is_obeyed():
-            return
-        now = node.current_step + int(1e9 * (flight.clock() - flight.heard)) // node.flight.plant_period
-        for step in range(self._guarded_step + 1 if self._guarded_step >= 0 else now, now + 1):
-            newest, of = step == now, node.current_step
-            command = WrenchCommand(given.value, given.step, newest and self._is_command_new)
-            sample = StateSample(state, of, newest and self._is_state_new)
-            self._flown = self.leader.guarded(command, sample, step)
-            self._guarded_step = step
-            if newest:
-                self._is_command_new = self._is_state_new = False
 
     def _note(self, attribute: str, read: Callable[[Any], Any], message: Any) -> None:
         """Keep what PX4 says as ``attribute``."""
