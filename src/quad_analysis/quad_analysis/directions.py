@@ -1,7 +1,7 @@
 """The bench without propellers: whether a tilt by hand is seen as it was made, and whether torque opposes it.
 
-Told is: right side down and back, nose down and back, a turn to the left and back. In FLU each begins with a positive
-angle and rate about its axis, x, y, z in this order.
+The pilot makes: right side down and back, nose down and back, a turn to the left and back. In FLU each begins with a
+positive angle and rate about its axis, x, y, z in this order.
 """
 
 import numpy as np

@@ -7,13 +7,11 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 from quad_core.vehicle import ARRANGEMENTS
-from quad_log_import.maps import Recording, Signal, interpolated, turning
+from quad_log_import.maps import Floats, Recording, Signal, interpolated, turning
 
-Floats = NDArray[np.float64]
 GRAVITY = 9.81
 STEEPEST = 30.0  # deg between body z and thrust as the median of a flight: more is another frame or order
 MOST = 200_000  # moments at which two signals are compared, so that a damaged time takes no memory
