@@ -39,8 +39,7 @@ class Fit(NamedTuple):
     """Parameters in the order of NAMES, their covariance, and what is left.
 
     ``residual`` (3 + 3): RMS of force m/s^2 and of rates rad/s; ``explained``: share of the variance of each that the
-    motors explain; ``quantile``: of Student's t, for 95 %; ``lasting`` (3): RMS of force errors that outlast a window;
-    ``pushed`` (3): share of the variance of the rates that neither the motors nor white noise explain.
+    motors explain; ``quantile``: of Student's t, for 95 %; ``lasting`` (3): RMS of force errors that outlast a window.
     """
 
     p: Floats
@@ -51,7 +50,6 @@ class Fit(NamedTuple):
     windows: int
     left_out: int
     lasting: Floats
-    pushed: Floats
 
 
 def start(model: Model) -> Floats:
@@ -137,10 +135,8 @@ def fitted(model: Model, begin: Floats | None = None, report: Report = lambda _:
     left = _left(model, p)[keep]
     model.scale = np.maximum(left.std(axis=(0, 1)), 1e-6)
     explained, (_, lasting) = _explained(model, keep, p), _lasting(left[:, :, :3])
-    follows = np.mean(left[:, 1:, 3:] * left[:, :-1, 3:], axis=(0, 1)) / np.mean(left[:, :, 3:] ** 2, axis=(0, 1))
-    pushed = np.clip(follows, 0.0, 1.0) * (1.0 - explained[3:])
     count = int(keep.sum())
-    return Fit(p, covariance, model.scale.copy(), explained, quantile, count, len(keep) - count, lasting, pushed)
+    return Fit(p, covariance, model.scale.copy(), explained, quantile, count, len(keep) - count, lasting)
 
 
 def _left(model: Model, p: Floats) -> Floats:

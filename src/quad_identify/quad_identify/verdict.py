@@ -19,7 +19,8 @@ HARDLY = 0.02  # standard deviation over mean of the thrust within SLOW s: less 
 SLOW = 2.0 * NEAR_GROUND  # s over which a thrust that changes is a battery that sags
 TURNS = 0.0175  # rad/s within a window (1 deg/s): an axis that turns less was not flown, whatever moved it
 WEAK = 0.85  # effectiveness below which a rotor is named
-PUSHED = 2.0  # standard deviation of a timing over lag and delay, per share of the motion that pushes made
+ANSWERED = 4.0  # standard deviation of a timing over lag and delay, per share of the motion that no motor explains
+LIFTS = 0.8  # share of the force that motors explain from which it alone tells a timing
 COUPLED = 0.12  # of lasting force errors: standard deviation of the share that goes with velocity or voltage
 CENTRE = 0.05  # arms: how far the centre of gravity may be off where only the trim tells
 TORQUES = ("roll_torque_per_inertia", "pitch_torque_per_inertia", "yaw_torque_per_inertia")
@@ -185,14 +186,17 @@ def _curve(e: Evidence) -> dict[str, Parameter]:
 def _timing(e: Evidence) -> dict[str, Parameter]:
     period, against, out = 1.0 / e.motors_hz, "", {}
     rough = period / np.sqrt(12.0) if e.motors_hz < TIMING_RATE else GRID * period
-    told = e.fit.explained[3:] >= MOVES
-    if told.any():  # control answers a push late, as if the rotors were quicker
+    turns = e.fit.explained[3:]
+    if turns.max() >= MOVES:  # control answers pushes and noise, as if the rotors were quicker
         late = e.fit.p[AT["rotor_time_constant"]] + e.fit.p[AT["command_delay"]]
-        rough = float(np.hypot(rough, PUSHED * np.median(e.fit.pushed[told]) * late))
+        rough = float(np.hypot(rough, ANSWERED * (1.0 - np.median(turns[turns >= MOVES])) * late))
     if e.motors_hz < CURVE_RATE:
         against = f"timing needs motors at 100 Hz and more, found {e.motors_hz:.0f}"
-    elif e.variation < HARDLY and e.fit.explained[3:5].max() < MOVES:
+    elif e.variation < HARDLY and turns[:2].max() < MOVES:
         against = HOVER
+    elif turns.max() < MOVES and e.fit.explained[2] < LIFTS:
+        share = f"{100 * max(turns.max(), 0.0):.0f} % of any turn, {100 * e.fit.explained[2]:.0f} % of the thrust"
+        against = f"the motors explain {share}: noise that control answers looks like quicker rotors"
     for name, limit in (("rotor_time_constant", 0.008), ("command_delay", 0.006)):
         value, half = interval(e, lambda p, name=name: float(p[AT[name]]), rough)  # type: ignore[misc]
         half = half if half <= BOUNDS[name][1] else np.inf
@@ -263,9 +267,10 @@ def _rotation(e: Evidence) -> dict[str, Parameter]:
     for name, found in (("inertia_zz", zz), ("yaw_drag_ratio", ratio)):
         why = "from the gyroscopic coupling of the axes"
         out[name] = _one(name, found, 0.1 * abs(found[0]), lacks, why, FLY_FAST if "Hz" in lacks else FLY_ZZ, 0.0)
-    if out["inertia_zz"].low is not None and not out["inertia_zz"].told and not lacks:
-        x, y, _ = inertia_of(e.fit.p, mass, arms)  # no body is beyond these
-        out["inertia_zz"] = out["inertia_zz"]._replace(low=float(abs(x - y)), high=float(x + y))
+    x, y, _ = inertia_of(e.fit.p, mass, arms)
+    for name, per in (("inertia_zz", 1.0), ("yaw_drag_ratio", e.fit.p[AT[TORQUES[2]]] / mass)):
+        if out[name].low is not None and not out[name].told:  # no body is beyond these
+            out[name] = out[name]._replace(low=float(per * abs(x - y)), high=float(per * (x + y)))
     return out
 
 

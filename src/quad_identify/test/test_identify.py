@@ -12,6 +12,7 @@ from simulated import Manoeuvre, Noise, Truth
 from quad_identify.identify import identify
 from quad_identify.model import Model
 from quad_identify.record import RecordError, gridded
+from quad_identify.verdict import evidence, judged
 
 TRUTH = Truth(effectiveness=(1.03, 0.95, 1.04, 0.98))
 LEVER = TRUTH.arm * math.sqrt(0.5)
@@ -107,6 +108,16 @@ def test_a_curve_where_the_command_hardly_varies_is_not_told_or_held_by_its_inte
     top = truth.specific_thrust
     for name, value in (("specific_thrust", top), ("thrust_linear", (1 - curve) * top), ("thrust_square", curve * top)):
         assert found[name].low <= value <= found[name].high, name
+
+
+@pytest.mark.parametrize(("force", "turns", "told"), [(0.52, 0.92, False), (0.52, 0.99, True), (0.9, 0.0, True)])
+def test_noise_that_control_answers_tells_a_timing_by_an_axis_or_by_the_thrust_alone(force, turns, told):
+    log = log_of()
+    model, fit = Model(gridded(log)), identify([log], judge=False).fit
+    noisy = fit._replace(explained=np.array([0.0, 0.0, force, 0.8, turns, 0.8]))
+    found = judged(evidence(model, noisy, TRUTH.mass, (LEVER, LEVER)))
+    assert found["rotor_time_constant"].told == told
+    assert found["inertia_zz"].told or found["inertia_zz"].low < 0.2 * TRUTH.inertia[2]
 
 
 def test_a_known_delay_is_kept():
