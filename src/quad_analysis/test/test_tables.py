@@ -1,4 +1,7 @@
-"""What the log makes of a flight that the guard took over."""
+"""What the log makes of a flight that the guard took over; the example of the page of the log."""
+
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -48,3 +51,22 @@ RELEASED = (0, "good", 2500, 5.0)
 def test_every_time_in_which_the_guard_flew_is_found(rows, expected):
     assert takeovers(guarded(*rows)) == [Takeover(*one[:3], *seconds(*one[3:])) for one in expected]
     assert takeovers(Bag({})) == []
+
+
+def test_the_example_of_the_documentation_runs(flown, flown_bag, tmp_path, monkeypatch):
+    page = (Path(__file__).parents[3] / "docs" / "how_to" / "flight_log.md").read_text(encoding="utf-8")
+    example, of_others = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "flights").mkdir()
+    (tmp_path / "flights" / "case1-1-1").symlink_to(flown_bag)
+    monkeypatch.chdir(tmp_path)
+    names: dict = {}
+    exec(example, names)
+    assert names["measured"](names["flight"]).position_rmse == pytest.approx(flown.result.rmse, rel=1e-12)
+    wrench = flown.result.topics["wrench_setpoint"]
+    np.testing.assert_array_equal(names["frame"]["wrench.torque.z"], wrench["torque_b"][:, 2])
+    np.testing.assert_array_equal(names["frame"].index, wrench["stamp_ns"])
+    others: dict = {}
+    exec(of_others, others)
+    heights = flown.result.topics["truth"]["p_w"][:, 2]
+    np.testing.assert_array_equal(others["heights"], heights)
+    assert others["truth"].p_w[2] == heights[-1]

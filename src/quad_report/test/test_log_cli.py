@@ -2,6 +2,7 @@
 
 import json
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -184,3 +185,17 @@ def test_an_interrupt_is_one_line(flown_bag, capsys, monkeypatch):
 
     monkeypatch.setattr(cli, "open_flight", interrupted)
     assert run(capsys, "info", flown_bag) == (130, "", "log info: interrupted\n")
+
+
+def test_reading_needs_neither_ros_nor_extras(flown_bag):
+    blocked = ("rclpy", "quad_msgs", "pandas", "scipy", "matplotlib", "numba", "plotly")
+    text = (
+        f"import sys\nfor name in {blocked!r}: sys.modules[name] = None\n"
+        "from quad_report import cli\n"
+        "sys.exit(max(cli.main([verb, sys.argv[1]]) for verb in ('metrics', 'info', 'replay')))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", text, str(flown_bag)], capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert "position_rmse" in done.stdout
