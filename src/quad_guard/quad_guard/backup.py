@@ -111,6 +111,8 @@ def descend(
     thrust = BLIND_THRUST * vehicle.mass * vehicle.gravity
     if sight != Sight.TURNS:
         thrust, lift = descent_thrust(vehicle, lift, state, height, known, up.z, dt)
+    if up.z <= 0.0:  # thrust pushes down
+        thrust = min(thrust, LOWEST_THRUST * vehicle.mass * vehicle.gravity)
     torque = level_torque(vehicle, state, up, direction)
     rest_time, ramp, stopped = contact(rule, memory, state, height, knows_velocity, dt)
     torque = within_thrust(

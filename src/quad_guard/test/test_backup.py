@@ -113,6 +113,12 @@ def test_without_any_state_it_waits_for_one_before_it_falls():
     assert late.thrust == pytest.approx(0.05 * WEIGHT)
 
 
+@pytest.mark.parametrize("sight", list(Sight))
+def test_upside_down_no_thrust_pushes_down_whatever_is_seen(sight):
+    found = wrench(sight, angles=(3.0, 0.0, 0.0), known={"unseen": 0.2, "thrust": 0.97 * WEIGHT})
+    assert found.thrust <= 0.2 * WEIGHT
+
+
 def test_a_state_that_returns_late_in_a_fall_is_braked_in_the_height_that_is_left():
     # from 1.5 to 0.8 m/s in 0.2 m: (2.25 - 0.64) / 0.4 m/s^2 beside 4 (1.5 - 0.8)
     late = wrench(height=0.3, v=(0.0, 0.0, -1.5))
