@@ -1,4 +1,4 @@
-"""43 mistakes of an estimator and 12 honest odd ones, in hover and Case 2: refused, landed by name, or flown.
+"""45 mistakes of an estimator and 12 honest odd ones, in hover and Case 2: refused, landed by name, or flown.
 
 A process stands between the simulator's `odom` and the relay (``estimator``). A mistake is refused before the flight
 where it shows there. Otherwise it is named within 0.5 s of the motion that shows it; a wrong twist is taken from the
@@ -70,7 +70,9 @@ MISTAKES = {
     "axes swapped": Mistake(LANDED, f"{DOES_NOT_MOVE}.*x and y of the position swapped"),
     "left-handed": Mistake(LANDED, f"{DOES_NOT_MOVE}.*a left-handed frame, . mirrored"),
     "ned": Mistake(LANDED, "sinks at lift-off", flights=(UP,)),
-    "begun in the air, ned": Mistake(LANDED, ""),
+    "begun in the air, ned": Mistake(LANDED, DOES_NOT_MOVE),
+    "from 1 s on, ned": Mistake(LANDED, f"{DOES_NOT_MOVE}|which no vehicle turns", {"begins": "1"}),
+    "from 1 s on, frd": Mistake(LANDED, "which no vehicle turns", {"begins": "1"}),
     "ned position": Mistake(LANDED, f"{DOES_NOT_MOVE}.*a position in NED"),
     "mm": Mistake(LANDED, DOES_NOT_MOVE),
     "cm": Mistake(LANDED, f"{DOES_NOT_MOVE}.*a position in cm|{DOES_NOT_MOVE}"),
@@ -90,9 +92,9 @@ MISTAKES = {
     "frozen": Mistake(LANDED, "the same pose since", {"begins": "3"}),
     "pose alone, two poses": Mistake(LANDED, "the same poses since", {"begins": "3", "pose": "1"}),
     "two poses": Mistake(LANDED, "the same poses since|does not move as the wrench says", {"begins": "3"}),
-    "noisy": Mistake(LANDED, DOES_NOT_MOVE, {"begins": "2", "pose": "1"}),
+    "noisy": Mistake(LANDED, f"{DOES_NOT_MOVE}|the same attitude since", {"begins": "2", "pose": "1"}),
     "silent": Mistake(LANDED, "est/odom: silent since", {"begins": "3"}),
-    "latency": Mistake(LANDED, ""),
+    "latency": Mistake(LANDED, f"{DOES_NOT_MOVE}.*a pose that comes late"),
     "zero stamps": Mistake(REFUSED, "its stamps do not advance"),
     "whole seconds": Mistake(REFUSED, "its stamps do not advance"),
     "another clock": Mistake(REFUSED, f"{ITS_STAMPS}.*stamps=first"),

@@ -48,6 +48,7 @@ CHANGES = {
     "left-handed": moved(MIRROR),
     "ned": lambda p, q, v, w: (NED @ np.array(p), ned(q), FRD @ np.array(v), FRD @ np.array(w)),
     "ned position": moved(NED),
+    "frd": lambda p, q, v, w: (p, about_body("x", 180)(q), FRD @ np.array(v), FRD @ np.array(w)),
     "mm": moved(1000.0 * SAME),
     "cm": moved(100.0 * SAME),
     "ft": moved(SAME / 0.3048),

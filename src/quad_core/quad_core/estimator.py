@@ -5,10 +5,10 @@
 
 Twist and slopes are held against each other and against the wrench that moves the vehicle (``quad_core.mistakes``). A
 twist that does not fit is named, and from then on the slopes take its place; a pose that does not fit ends the flight.
-A position that jumps is a reset: what it jumped by is taken off again, so that the
-states go on without a step. Stamps may jitter, samples may be doubled, swapped or missing: all are counted. A moving
+A position that jumps is a reset: what it jumped by is taken off again, so that the states go on without a step; an
+attitude that jumps is wrong. Stamps may jitter, samples may be doubled, swapped or missing: all are counted. A moving
 vehicle whose pose is to the bit one of the last has not been measured: in lockstep its last state stands, else there is
-none. A pose that stops without a push is wrong.
+none. A pose that stops without a push is wrong, and one that torque turns and that does not show it.
 """
 
 import math
@@ -33,6 +33,11 @@ from quad_core.mistakes import (
     ANGULAR,
     ASTRAY,
     ATTITUDE,
+    DEAF,
+    DEAF_LOOKS,
+    DEAF_WITHIN,
+    FALLS,
+    JOLT,
     LEAST_MOTION,
     LEAST_PUSH,
     LINEAR,
@@ -68,6 +73,8 @@ STILL = 1e-4  # m/s and rad/s below which the pose of a vehicle may stay the sam
 AT_REST = 0.05  # m/s below which the ground may hold a vehicle
 REPLAYED, FINE, APART = 64, 5e-6, 1e-9
 """Poses of which a live estimate takes none again, if its position comes in steps finer than FINE m; m between two."""
+STANDS, TURNED = 0.1, 0.1  # s for which a part may stay the same to the bit, and rad/s that torque makes meanwhile
+LIGHT = 0.7  # thrust over weight below which a vehicle at rest stands on the ground
 _RESETS = 5  # resets within RESTART that no estimator makes
 _REPLAY = "the same poses"
 _CROWDED = 10
@@ -126,12 +133,13 @@ class Estimator:
         self._seen: deque[Sample] = deque()
         self._poses: deque[tuple[Vec3, Quat]] = deque(maxlen=REPLAYED)
         self._grain = math.inf  # m: the smallest change of the position on any axis so far
+        self._stands: dict[str, tuple[tuple[float, ...], Sample, float]] = {}  # value, since, smallest change
         self._offset = ZERO
         self._misfit_since: dict[str, float] = {}
-        self._driven: Drive | None = None
+        self._drives: deque[tuple[float, Drive]] = deque(maxlen=1000)  # and the newest stamp before each in s
         self._pushed = self._spun = ZERO
         self._rests = True
-        self._of_velocity, self._of_rate = Witness(), Witness()
+        self._of_velocity, self._of_rate, self._of_turn = Witness(), Witness(), Witness()
         self._resets: deque[float] = deque(maxlen=_RESETS)
         self._turned, self._astray = Turn(LEAST_MOTION), Turn(LEAST_PUSH)
         self._checked = -math.inf
@@ -230,7 +238,7 @@ class Estimator:
 
     def drive(self, drive: "Drive") -> None:
         """Note what the rotors do to the vehicle from now on."""
-        self._driven = drive
+        self._drives.append((self._last.time if self._last is not None else -math.inf, drive))
 
     def _aligned(self, stamp_ns: int) -> int:
         """Return the step of a stamp; where stamps count from the first one the vehicle's step sets their beginning."""
@@ -256,7 +264,7 @@ class Estimator:
             elapsed = sample.time - last.time
             moves = subtract(sample.p_w, last.p_w)
             self._grain = min(self._grain, *(abs(part) or math.inf for part in moves))
-            self._integrate(sample.q_wb, elapsed)
+            self._integrate(sample, elapsed)
             self._spacings.append(elapsed)
             self._skipped += step > self._step + 1
             if self.spacing and elapsed > 1.6 * self.spacing:
@@ -264,20 +272,38 @@ class Estimator:
             self._look_for_reset(last, sample, elapsed)
         place = subtract(sample.p_w, self._offset)
         self._seen.append(sample._replace(p_w=place, pushed=self._pushed, spun=self._spun))
+        self._look_for_standing(sample._replace(spun=self._spun))
         while len(self._seen) > 3 and self._seen[0].time < sample.time - CHECK:
             self._seen.popleft()
         self._step, self._last = step, sample
         self._poses.append((sample.p_w, sample.q_wb))
         self._check(sample.time)
 
-    def _integrate(self, q: Quat, elapsed: float) -> None:
-        """Add up what thrust and torque do; a vehicle at rest is held by the ground."""
-        drive = self._driven
-        if drive is None or self._rests:
+    def _integrate(self, sample: Sample, elapsed: float) -> None:
+        """Add up what thrust and torque did when the sample was taken; a vehicle at rest is held by the ground."""
+        while len(self._drives) > 1 and self._drives[1][0] <= sample.time - self._delay:
+            self._drives.popleft()
+        drive = self._drives[0][1] if self._drives else None
+        if drive is None or (self._rests and drive.force < LIGHT * drive.gravity):
             return
-        force = scale(drive.force, body_z(q))
-        self._pushed = add(self._pushed, scale(elapsed, Vec3(force.x, force.y, force.z - drive.gravity)))
         self._spun = add(self._spun, scale(elapsed, drive.spin))
+        if self._rests:
+            return
+        force = scale(drive.force, body_z(sample.q_wb))
+        self._pushed = add(self._pushed, scale(elapsed, Vec3(force.x, force.y, force.z - drive.gravity)))
+
+    def _look_for_standing(self, sample: Sample) -> None:
+        """Name an attitude or a twist that stays the same to the bit while the position, by noise alone, does not."""
+        twist = (*(sample.twist_linear or ()), *(sample.twist_angular or ()))
+        for what, found in (("attitude", tuple(sample.q_wb)), ("twist", twist)):
+            before, since, grain = self._stands.get(what, (found, sample, math.inf))
+            if found != before:
+                changes = [abs(now - then) or math.inf for now, then in zip(found, before, strict=False)]
+                since, grain = sample, min([grain, *changes])
+            self._stands[what] = found, since, grain
+            is_told = any(found) and grain < FINE and sample.p_w != since.p_w and sample.time - since.time > STANDS
+            if is_told and norm(subtract(sample.spun, since.spun)) > TURNED:
+                self._say("wrong_pose", f"the same {what} since {since.time:.3f} s, though torque turns the vehicle")
 
     def _restart(self, last: Sample, sample: Sample) -> None:
         """Go on where the stamps were when they jump: a clock was set, or the first one was stale."""
@@ -291,7 +317,7 @@ class Estimator:
         self._say("stamps_jumped", f"stamps jumped by {jump:.3f} s; they count afresh from here")
 
     def _look_for_reset(self, last: Sample, sample: Sample, elapsed: float) -> None:
-        """Take a jump of the position off; a turn beyond what the rates explain is said only."""
+        """Take a jump of the position off; the attitude of a vehicle does not jump."""
         move, turn = subtract(sample.p_w, last.p_w), norm(_rotation(relative_attitude(last.q_wb, sample.q_wb)))
         if elapsed <= 0.01 and norm(move) <= 0.5 * RESET_DISTANCE and turn <= RESET_ANGLE:
             return  # nearly every sample, without a slope
@@ -302,6 +328,8 @@ class Estimator:
         self._offset = add(self._offset, jump)
         self._seen.clear()
         text = f"jumped by {norm(jump):.2f} m and {math.degrees(turn):.1f} deg within {1e3 * elapsed:.1f} ms"
+        if turn > RESET_ANGLE + 20.0 * elapsed:
+            self._say("wrong_pose", f"the pose {text}, which no vehicle turns")
         self._say("estimator_reset", f"{text}; its position counts on from where it was")
         self._resets.append(sample.time)
         if len(self._resets) == self._resets.maxlen and sample.time - self._resets[0] < RESTART:
@@ -321,9 +349,12 @@ class Estimator:
         p = subtract(sample.p_w, self._offset)
         return with_ages(fresh(p, v, sample.q_wb, w), self._delay, age, self._delay, rate_age)
 
-    def _slope(self) -> "Slope":
+    def _recent(self) -> list[Sample]:
         chosen = [one for one in self._seen if one.time >= self._seen[-1].time - WINDOW]
-        return slope(chosen if len(chosen) >= 3 else list(self._seen)[-3:])
+        return chosen if len(chosen) >= 3 else list(self._seen)[-3:]
+
+    def _slope(self) -> "Slope":
+        return slope(self._recent())
 
     def _check(self, time: float) -> None:
         """Hold twist and pose of the last CHECK s against each other, and against what the wrench does."""
@@ -339,25 +370,40 @@ class Estimator:
         if newest.twist_angular is not None:
             angular = _mean([one.twist_angular or ZERO for one in seen])
         self._rests = norm(true.v_w) < AT_REST and norm(linear or ZERO) < AT_REST
-        if self._driven is not None:
+        if self._drives:
             changed, pushes = self._of_velocity.note(Claim(time, true.v_w, linear or true.v_w, pushed))
             self._of_rate.note(Claim(time, true.omega_b, angular or true.omega_b, spun))
             self._astray.note(pushes, changed)
-            self._check_course(changed, pushes)
+            self._check_course(changed, pushes, true.v_w)
+            self._check_turn(time)
         if linear is not None:
             self._check_velocity(time, linear, true.v_w)
         if angular is not None:
             self._check_rate(time, angular, true.omega_b)
 
-    def _check_course(self, changed: Vec3, pushes: Vec3) -> None:
+    def _check_course(self, changed: Vec3, pushes: Vec3, velocity: Vec3) -> None:
         """Compare how the position is sped up with how the thrust pushes."""
         angle = self._astray.angle
         if abs(angle) > ASTRAY or self._astray.factor > MOST:
             looks = likely(POSITION | heading(-angle), changed, pushes)
             self._blame_pose("the position", changed, pushes, f"m/s more within {MEMORY:g} s", looks)
-        stop = self._of_velocity.unexplained(STOP_WITHIN)
-        if self._rests and norm(Vec3(stop.x, stop.y, min(stop.z, 0.0))) > STOP:  # upwards the ground may push
-            self._blame_pose("the position", ZERO, scale(-1.0, stop), "m/s", "the last pose, sent again")
+        found, expected = self._of_velocity.changes(STOP_WITHIN)
+        off = subtract(found, expected)
+        if norm(velocity) < FALLS:  # upwards the ground may push
+            off = Vec3(off.x, off.y, min(off.z, 0.0))
+        if norm(off) > JOLT:
+            looks = likely(POSITION | heading(between(expected, found)), found, expected)
+            self._blame_pose("the position", found, expected, f"m/s more within {STOP_WITHIN:g} s", looks)
+        elif self._rests and norm(off) > STOP:
+            self._blame_pose("the position", ZERO, scale(-1.0, off), "m/s", "the last pose, sent again")
+
+    def _check_turn(self, time: float) -> None:
+        """Compare how the attitude is turned with what torque does, within the last 0.02 s and those of 0.1 s ago."""
+        recent = self._recent()
+        omega = slope(recent).omega_b
+        self._of_turn.note(Claim(time, omega, omega, _mean([one.spun for one in recent])))
+        if deaf := self._of_turn.hides(DEAF_WITHIN, DEAF):
+            self._blame_pose("the attitude", *deaf, f"rad/s more within {DEAF_WITHIN:g} s", DEAF_LOOKS)
 
     def _check_velocity(self, time: float, found: Vec3, true: Vec3) -> None:
         """Compare twist.linear, turned into the world, with the slope of the position."""

@@ -27,6 +27,12 @@ ASTRAY, LEAST_PUSH = math.radians(45.0), 60.0
 MOST = 2.0  # times as much as the thrust pushes that a position may be sped up
 STOP, STOP_WITHIN = 0.6, 0.2
 """m/s by which a vehicle slows down within so many s only if something pushes it: 3 m/s^2 are more than wind does."""
+JOLT, FALLS = 2.0, 1.5
+"""The same of any change: gravity. Below so many m/s the ground may have stopped the vehicle."""
+DEAF, DEAF_WITHIN = 4.0, 0.1
+"""rad/s by which torque turns a vehicle more within so many s than in those before, so that its pose must show it."""
+LAGS = (0.0, 0.01, 0.02, 0.03, 0.04)  # s by which a pose may be late without a word of it
+DEAF_LOOKS = "a pose that comes late, one sent again, FRD axes, expected FLU, or a rotor that fails"
 ALIKE = 0.9  # cosine of what is left between two vectors after a turn
 
 Made = dict[str, Callable[[Vec3], Vec3]]
@@ -147,11 +153,29 @@ class Witness:
         self._apart = KEPT * self._apart + dot(between, between)
         return pose, wrench
 
-    def unexplained(self, span: float) -> Vec3:
-        """Return by how much more than the wrench the pose changed over the last ``span`` s."""
-        now = self._claims[-1]
-        then = next((one for one in reversed(self._claims) if one.time <= now.time - span), self._claims[0])
-        return subtract(subtract(now.pose, then.pose), subtract(now.wrench, then.wrench))
+    def changes(self, span: float, ago: float = 0.0) -> tuple[Vec3, Vec3]:
+        """Return by how much pose and wrench changed over ``span`` s that ended ``ago`` s before the newest claim."""
+        end = self._claims[-1].time - ago
+        now, then = self._at(end), self._at(end - span)
+        return subtract(now.pose, then.pose), subtract(now.wrench, then.wrench)
+
+    def hides(self, span: float, least: float) -> tuple[Vec3, Vec3] | None:
+        """Return by how much more pose and wrench change within ``span`` s than before; None where the pose follows.
+
+        It follows up to ``least``, and where it is within half of what the wrench says, as late as one of LAGS.
+        """
+        turned, spins = self._spurt(span, 0.0)
+        if norm(spins) <= least:
+            return None
+        off = min(norm(subtract(turned, self._spurt(span, ago)[1])) for ago in LAGS)
+        return (turned, spins) if off > 0.5 * norm(spins) else None
+
+    def _spurt(self, span: float, ago: float) -> tuple[Vec3, Vec3]:
+        now, before = self.changes(span, ago), self.changes(span, ago + span)
+        return subtract(now[0], before[0]), subtract(now[1], before[1])  # a weak rotor turns a vehicle evenly
+
+    def _at(self, time: float) -> Claim:
+        return next((one for one in reversed(self._claims) if one.time <= time), self._claims[0])
 
     @property
     def blames_pose(self) -> bool:

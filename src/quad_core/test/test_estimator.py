@@ -109,6 +109,15 @@ def test_a_reset_that_undoes_the_motion_over_lost_samples_is_taken_off_too():
         assert state.p_w.x == pytest.approx(0.02 * step, abs=1e-9)
 
 
+@pytest.mark.parametrize(("degrees", "kinds"), [(15.0, []), (25.0, ["wrong_pose", "estimator_reset"])])
+def test_an_attitude_that_jumps_is_no_vehicles(degrees, kinds):
+    one, turn = estimator(), Rotation.from_euler("z", degrees, degrees=True)
+    flown(one, [sample(k) for k in range(100)])
+    one.take(sample(100)._replace(q_wb=Quat(*(turn * Rotation.from_quat(sample(100).q_wb)).as_quat())))
+    assert [kind for kind, _ in one.news] == kinds
+    assert all("25.1 deg within 2.0 ms" in text for _, text in one.news)
+
+
 def test_a_stale_first_stamp_or_a_clock_that_is_set_begins_the_stamps_afresh():
     moved = [sample(k) for k in range(100)]
     late = [given._replace(stamp_ns=given.stamp_ns + 10**12) for given in moved[1:]]

@@ -126,6 +126,69 @@ def test_a_pose_that_stands_with_noise_while_nothing_brakes_the_vehicle_is_wrong
     assert "the position does not move as the wrench says" in text
 
 
+def kicked(t):
+    """Return specific force in m/s^2 and pitch acceleration in rad/s^2: the vehicle pitches up and stops again."""
+    return GRAVITY, 60.0 if 0.3 <= t < 0.4 else -60.0 if 0.4 <= t < 0.5 else 0.0
+
+
+def lifted(t):
+    return (3.0 if 0.3 <= t < 0.6 else 1.0) * GRAVITY, 0.0
+
+
+def carried(motion, spoil, noise=0.0):
+    """Return [(time, text)] of poses alone in the x-z plane; ``spoil``: what is sent of all (place, pitch)."""
+    one, rng, said, seen = Estimator("est/odom", 2_000_000, False, False, 0.0), np.random.default_rng(3), [], []
+    (x, z), (vx, vz), angle, rate = (0.0, 5.0), (0.5, 0.5), 0.0, 0.0
+    for k in range(400):
+        force, turning = motion(k * DT)
+        seen.append(((x, 0.0, z), angle))
+        place, pitch = spoil(seen)
+        one.drive(Drive(force, GRAVITY, Vec3(0.0, turning, 0.0)))
+        q = Quat(0.0, math.sin(0.5 * pitch), 0.0, math.cos(0.5 * pitch))
+        one.take(Sample(k * 2_000_000, k * DT, vector(rng.normal(place, noise)), q))
+        said += [(k * DT, text) for _, text in one.news]
+        one.news.clear()
+        rate, angle = rate + DT * turning, angle + DT * rate
+        vx, vz = vx + DT * force * math.sin(angle), vz + DT * (force * math.cos(angle) - GRAVITY)
+        x, z = x + DT * vx, z + DT * vz
+    return said
+
+
+LATE_OR_FRD = "the attitude does not move as the wrench says.*a pose that comes late, one sent again, FRD axes"
+BEGUN_IN_THE_AIR = {
+    "a pose 0.2 s late": (kicked, lambda seen: seen[max(0, len(seen) - 101)], LATE_OR_FRD, 0.1),
+    "FRD": (kicked, lambda seen: (seen[-1][0], -seen[-1][1]), LATE_OR_FRD, 0.1),
+    "z down": (lifted, lambda seen: ((*seen[-1][0][:2], -seen[-1][0][2]), 0.0), "a position whose z points down", 0.15),
+}
+
+
+@pytest.mark.parametrize("motion", [kicked, lifted])
+@pytest.mark.parametrize("noise", [0.0, 0.003])
+def test_a_kick_that_the_pose_shows_is_blamed_on_nobody(motion, noise):
+    assert carried(motion, lambda seen: seen[-1], noise) == []
+
+
+@pytest.mark.parametrize("wrong", BEGUN_IN_THE_AIR)
+def test_a_mistake_that_begins_in_the_air_is_named_before_the_vehicle_turns_over(wrong):
+    motion, spoil, words, within = BEGUN_IN_THE_AIR[wrong]
+    time, text = carried(motion, spoil)[0]
+    assert 0.3 < time <= 0.301 + within
+    assert re.search(words, text)
+
+
+def test_an_attitude_that_stays_the_same_to_the_bit_under_noise_and_torque_was_not_measured():
+    stands = {"kept": None}
+
+    def spoil(seen):
+        place, pitch = seen[-1]
+        stands["kept"] = pitch + 1e-6 * len(seen) if len(seen) < 100 else stands["kept"]
+        return place, stands["kept"]
+
+    time, text = carried(lambda t: (GRAVITY, 1.0), spoil, 1e-4)[0]
+    assert "the same attitude since 0.196 s, though torque turns the vehicle" in text
+    assert 0.29 < time <= 0.32
+
+
 def test_a_turn_is_told_once_enough_has_moved():
     turn = Turn(LEAST_MOTION)
     turn.note(Vec3(2.0, 0.0, 5.0), Vec3(0.0, 2.0, 0.0))
