@@ -15,16 +15,17 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from quad_core.cascade import SIMULATOR
 from quad_core.command_line import Parser
 from quad_core.geometry import ZERO
-from quad_core.parameter_files import load_yaml
-from quad_core.parameters import build
+from quad_core.parameter_files import overrides_for, read_parameter_file
+from quad_core.parameters import ParameterError, Value, build
 from quad_core.types import Quat, Vec3, fresh
-from quad_core.vehicle import ARRANGEMENTS, Vehicle
-from quad_flight_log.errors import FlightLogError, one_line, printable
+from quad_core.vehicle import ARRANGEMENTS, Layout, Vehicle
+from quad_dynamics.rotors import DIAGONAL, yaw_arm
+from quad_flight_log.errors import FlightLogError, printable
 from quad_identify.identify import Result, identify
 from quad_identify.logs import places, read_log
-from quad_identify.model import AT
 from quad_identify.record import RecordError
 from quad_identify.vehicle_file import GRAVITY, bridge_sections, vehicle_text, vehicle_values
 from quad_trajectory import identify as manoeuvre
@@ -62,7 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     try:
         return _run(options)
-    except (RecordError, FlightLogError) as error:
+    except (RecordError, FlightLogError, ParameterError) as error:
         return _complain(str(error))
     except OSError as error:
         return _complain(f"{error.filename or ''}: {error.strerror or error}")
@@ -82,7 +83,7 @@ def _run(options: argparse.Namespace) -> int:
         return 0
     if not options.logs:
         raise RecordError("LOG: found none, expected at least one log, or --set-points FILE")
-    given, prior = _arms(options), _prior(options.prior)
+    given, prior = _arms(options), _prior(options.prior) if options.prior else {}
     if options.mass is not None and not 0.001 <= options.mass <= 1000.0:
         raise RecordError(f"--mass: found {options.mass:g}, expected 0.001 to 1000 kg")
     for name, largest, unit in (("curve", 1.0, ""), ("delay", 0.25, " s")):
@@ -101,7 +102,7 @@ def _run(options: argparse.Namespace) -> int:
         arms,
         curve=options.curve,
         delay=options.delay,
-        prior=_model_of(prior) if prior else None,
+        prior=_model_of(build(Vehicle, prior)) if prior else None,
         last_held_out=options.held_out,
         report=_progress,
     )
@@ -126,11 +127,7 @@ def write_set_points(path: Path) -> None:
 
 
 def _vehicle(
-    options: argparse.Namespace,
-    result: Result,
-    arms: tuple[float, float] | None,
-    layout: str,
-    prior: dict[str, float | str],
+    options: argparse.Namespace, result: Result, arms: tuple[float, float] | None, layout: str, prior: dict[str, Value]
 ) -> int:
     try:
         if arms is None:
@@ -163,31 +160,27 @@ def _arms(options: argparse.Namespace) -> list[float]:
     return arms
 
 
-def _prior(path: Path | None) -> dict[str, float | str]:
-    if path is None:
-        return {}
-    try:
-        content = load_yaml(path.read_text(encoding="utf-8"))
-        values: dict[str, float | str] = content["/**"]["ros__parameters"]["vehicle"]
-        return dict(values)
-    except (ValueError, KeyError, TypeError) as error:
-        raise RecordError(
-            f"{path}: {one_line(error)}: expected a vehicle file, /**: ros__parameters: vehicle:"
-        ) from error
+def _prior(path: Path) -> dict[str, Value]:
+    values = overrides_for([read_parameter_file(path)], SIMULATOR)
+    prior = {name.removeprefix("vehicle."): value for name, value in values.items() if name.startswith("vehicle.")}
+    if not prior:
+        raise RecordError(f"{path}: found no vehicle.*, expected a vehicle file")
+    build(Vehicle, prior)
+    return prior
 
 
-def _model_of(vehicle: dict[str, float | str]) -> dict[str, float]:
-    """Return the parameters of the fit that a vehicle file means, its thrust being the square of the command."""
-    number = {key: float(value) for key, value in vehicle.items() if key != "layout"}
-    mass, arm = number["mass"], number["arm_length"] * (0.5**0.5 if vehicle.get("layout") == "x" else 1.0)
-    lever = {"roll": arm, "pitch": arm, "yaw": number["torque_coefficient"] / number["lift_coefficient"]}
-    inertia = {"roll": "inertia_xx", "pitch": "inertia_yy", "yaw": "inertia_zz"}
-    out = {f"{axis}_torque_per_inertia": mass * lever[axis] / number[inertia[axis]] for axis in lever}
-    out["thrust_square"] = number["thrust_to_weight"] * GRAVITY
-    out["rotor_time_constant"] = max(number.get("rotor_time_constant", 0.0), 1e-4)
-    out["linear_drag"] = out["vertical_drag"] = number.get("drag_coefficient", 0.0) / mass
-    assert out.keys() <= AT.keys()
-    return out
+def _model_of(vehicle: Vehicle) -> dict[str, float]:
+    """Return the parameters of the fit that a vehicle means, its thrust being the square of the command."""
+    mass, arm = vehicle.mass, vehicle.arm_length * (DIAGONAL if vehicle.layout == Layout.X else 1.0)
+    return {
+        "roll_torque_per_inertia": mass * arm / vehicle.inertia_xx,
+        "pitch_torque_per_inertia": mass * arm / vehicle.inertia_yy,
+        "yaw_torque_per_inertia": mass * yaw_arm(vehicle) / vehicle.inertia_zz,
+        "thrust_square": vehicle.thrust_to_weight * GRAVITY,
+        "rotor_time_constant": max(vehicle.rotor_time_constant, 1e-4),
+        "linear_drag": vehicle.drag_coefficient / mass,
+        "vertical_drag": vehicle.drag_coefficient / mass,
+    }
 
 
 def _page(result: Result, path: Path) -> None:

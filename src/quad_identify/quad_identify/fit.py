@@ -4,11 +4,11 @@ The covariance is that of the scores of whole windows (a sandwich), so noise tha
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from scipy.optimize import approx_fprime, least_squares
 from scipy.stats import t as student
 
 from quad_identify.model import AT, BOUNDS, NAMES, STILL, Model
@@ -165,27 +165,30 @@ def _explained(model: Model, keep: NDArray[np.bool_], p: Floats) -> Floats:
     return share
 
 
-def _descended(model: Model, p: Floats, free: NDArray[np.int64], keep: NDArray[np.bool_], belief: float) -> Floats:
-    low, high = (np.array([BOUNDS.get(NAMES[index], (-np.inf, np.inf))[side] for index in free]) for side in (0, 1))
+def _outputs(
+    model: Model, p: Floats, free: NDArray[np.int64], keep: NDArray[np.bool_], belief: float
+) -> Callable[[Floats], Floats]:
+    """Return what is squared, as a function of the ``free`` parameters: errors in the windows to ``keep``, beliefs."""
 
-    def cost(x: Floats) -> Floats:
+    def of(x: Floats) -> Floats:
         full = p.copy()
         full[free] = x
-        left: Floats = np.append(model.residuals(full)[keep].ravel(), _belief(full, belief))
-        return left
+        return np.append(model.residuals(full)[keep].ravel(), _belief(full, belief))
 
-    timing = np.isin(free, TIMING)
-    inside: Floats = np.clip(p[free], low + 1e-9, high - 1e-9)
-    done = least_squares(
-        cost,
-        inside,
-        lambda x: _slopes(cost, x, timing),
-        (low, high),
-        x_scale="jac",
-        max_nfev=MOST_ROUNDS,
-        ftol=1e-7,
-        xtol=1e-6,
-    )
+    return of
+
+
+def _slopes(of: Callable[[Floats], Floats], x: Floats, free: NDArray[np.int64]) -> Floats:
+    steps = np.where(np.isin(free, TIMING), 3e-4, 1e-4 * np.maximum(np.abs(x), 0.1))
+    slopes: Floats = approx_fprime(x, of, steps)
+    return slopes
+
+
+def _descended(model: Model, p: Floats, free: NDArray[np.int64], keep: NDArray[np.bool_], belief: float) -> Floats:
+    low, high = np.transpose([BOUNDS.get(NAMES[index], (-np.inf, np.inf)) for index in free])
+    of, inside = _outputs(model, p, free, keep, belief), np.clip(p[free], low + 1e-9, high - 1e-9)
+    known: dict[str, Any] = {"x_scale": "jac", "max_nfev": MOST_ROUNDS, "ftol": 1e-7, "xtol": 1e-6}
+    done = least_squares(of, inside, lambda x: _slopes(of, x, free), (low, high), **known)
     out = p.copy()
     out[free] = done.x
     return out
@@ -214,32 +217,13 @@ def _repeats(model: Model, p: Floats, keep: NDArray[np.bool_]) -> float:
     return max(1.0, float(spans.mean(axis=1).var() * spans.shape[1] / max(spans.var(), 1e-12)))
 
 
-def _slopes(cost: Callable[[Floats], Floats], x: Floats, timing: NDArray[np.bool_]) -> Floats:
-    base = cost(x)
-    steps = np.where(timing, 3e-4, 1e-4 * np.maximum(np.abs(x), 0.1))
-    out = np.empty((len(base), len(x)))
-    for index in range(len(x)):
-        step = steps[index]
-        moved = x.copy()
-        moved[index] += step
-        out[:, index] = (cost(moved) - base) / step
-    return out
-
-
 def covariance_of(
     model: Model, p: Floats, free: NDArray[np.int64], keep: NDArray[np.bool_], belief: float
 ) -> tuple[Floats, float]:
     """Return the covariance of all parameters (0 where fixed) and the quantile of 95 %."""
-
-    def outputs(x: Floats) -> Floats:
-        full = p.copy()
-        full[free] = x
-        return np.append(model.residuals(full)[keep].ravel(), _belief(full, belief))
-
-    at = p.copy()
+    of, at = _outputs(model, p, free, keep, belief), p.copy()
     at[TIMING[0]] = max(p[TIMING[0]], *(grid.fine_step for grid in model.grids))  # a lag within a sample has no slope
-    slopes = _slopes(outputs, at[free], np.isin(free, TIMING))
-    left = outputs(p[free])
+    slopes, left = _slopes(of, at[free], free), of(p[free])
     believed = slopes[-BELIEFS:].T @ slopes[-BELIEFS:]
     windows = int(keep.sum())
     rows, errors = slopes[:-BELIEFS].reshape(windows, -1, len(free)), left[:-BELIEFS].reshape(windows, -1)

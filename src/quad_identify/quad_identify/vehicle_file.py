@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from quad_core.parameters import ParameterError
+from quad_core.parameters import ParameterError, Value
 from quad_core.vehicle import ARRANGEMENTS, Vehicle, check_inertia
 from quad_identify.identify import Result
 from quad_identify.record import RecordError
@@ -17,7 +17,7 @@ FLAT = 0.88  # J_zz over J_xx + J_yy where no log told it
 
 
 def vehicle_values(
-    result: Result, arms: tuple[float, float], layout: str, prior: dict[str, float | str]
+    result: Result, arms: tuple[float, float], layout: str, prior: dict[str, Value]
 ) -> dict[str, tuple[float | str, str]]:
     """Return {key of the vehicle file: (value, where it is from)}; ``prior`` fills in what was not told.
 

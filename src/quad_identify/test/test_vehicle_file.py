@@ -132,6 +132,7 @@ def test_the_manoeuvre_is_a_file_of_set_points_that_begins_at_rest(tmp_path):
         (["x", "--mass", "0"], "--mass: found 0, expected 0.001 to 1000 kg"),
         (["x", "--arms", "1,2,3"], "--arms: found '1,2,3', expected one or two lengths"),
         (["x", "--curve", "2"], "--curve: found 2, expected 0 to 1"),
+        (["x", "--prior", "no.yaml"], "no.yaml: cannot be read"),
     ],
 )
 def test_bad_usage_ends_in_one_line(arguments, problem, capsys):
