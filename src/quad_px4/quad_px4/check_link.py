@@ -378,7 +378,7 @@ def _fly(options: argparse.Namespace, px4: ModuleType, mode: str, fault: str) ->
         if check.agent is not None:
             check.agent.kill()
     print(_printed(row), flush=True)
-    return int(_is_bad(row)) if fault == LIMIT or row.took == row.took else 2
+    return int(_is_bad(row)) if fault == LIMIT or row.took >= 0.0 else 2  # negative: PX4 had left before
 
 
 if __name__ == "__main__":
