@@ -67,7 +67,7 @@ SUMMARIES = {
     "trajectory": "Answers `state` with `reference`.",
     "position_controller": "Answers `state` and `reference` with `attitude_setpoint`.",
     "attitude_controller": "Answers `state` and `attitude_setpoint` with `wrench_setpoint`.",
-    "recorder": "Writes every topic into one bag and paces the lockstep.",
+    "recorder": "Writes the topics of a flight into one bag and paces the lockstep.",
     "commander": "Modes and missions: takes `mission/reference`, publishes `reference` and `flight/mode`; optional.",
     "odometry_relay": "Turns an estimator's `odom` into `state`; optional.",
     "crazyflie_bridge": "A Crazyflie as the vehicle: [how to](../../how_to/crazyflie.md); optional.",

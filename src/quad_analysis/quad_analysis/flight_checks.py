@@ -1,4 +1,4 @@
-"""Whether a flight counts: two tables of checks of its bag, whatever its metrics, and the limits that it was held to.
+"""The verdict on a flight (``judgement``): two tables of checks of its bag, and the limits of its metrics.
 
 A check finds a fault in the bag alone, in words, or nothing. What RECORD finds leaves the verdict unknown: the bag is
 no whole record of one flight. What CHECKS finds is a failed flight. ``fly`` and every command of ``log`` ask for them.

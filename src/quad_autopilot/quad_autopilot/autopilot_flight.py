@@ -72,8 +72,8 @@ class AutopilotFlight:
 
     What the bridge sets: ``profile``, how the autopilot is asked; ``said``, what it says of itself; ``ack``, its answer
     to the last request; ``spoke_at``, when it last sent anything, in s of ``clock``; ``stop``, why the flight must end
-    now; ``predicted``, what the rotors will make of the last setpoint; ``by_attitude``, whether it is flown by
-    attitude_setpoint, whose states alone the guard judges, else by wrench_setpoint.
+    now; ``predicted``, what the rotors will make of the last setpoint; ``by_attitude``: it is flown by
+    attitude_setpoint and the guard judges states alone, else by wrench_setpoint and the guard judges both.
 
     What it reads: ``sample`` and ``state``, the last estimate, ``heard`` at s of ``clock``; ``origin``, the estimate's
     time of step 0 in us, -1 before; ``lift``, where the ground is; ``beyond``, which limit of the step is broken.
@@ -309,21 +309,21 @@ class AutopilotFlight:
         if leader.gives_up:
             self.stop = self.stop or leader.cause
         intent = self._intent()
+        arms = self.commander.answer_text if intent == Intent.IDLE else ""  # what the commander still waits for
         inputs = Inputs(
             now,
-            1e-6 * self.stamps().now,
-            self.said,
-            self.ack,
-            max(now - self._unanswered_at, 0.0),
-            now - self.heard,
-            # while the commander is arming: what it still waits for
-            self._refusal() if phase == Phase.STREAM else self.commander.answer_text if intent == Intent.IDLE else "",
-            self.stop,
-            self.beyond,
-            now - self.spoke_at,
-            intent,
-            self.commander.is_over,
-            phase == Phase.STREAM and bool(self._moves()),
+            autopilot_time=1e-6 * self.stamps().now,
+            autopilot=self.said,
+            ack=self.ack,
+            command_age=max(now - self._unanswered_at, 0.0),
+            state_age=now - self.heard,
+            refusal=self._refusal() if phase == Phase.STREAM else arms,
+            stop=self.stop,
+            beyond=self.beyond,
+            silence=now - self.spoke_at,
+            intent=intent,
+            is_over=self.commander.is_over,
+            moves=phase == Phase.STREAM and bool(self._moves()),
         )
         before = self.sequence.reason
         output, self.sequence = arming.step(self.profile, self.settings.arming, self.sequence, inputs)

@@ -32,7 +32,9 @@ class ArmingParameters(NamedTuple):
     answer_timeout: Annotated[float, Real("s", "time after which an unanswered command is repeated", 0.05, 10.0)] = 0.5
     speed: Annotated[float, Real("m/s", "speed (velocity, change of position) that forbids arming", 0.01, 10.0)] = 0.15
     step_timeout: Annotated[float, Real("s", "longest time for the mode, and again for arming", 0.1, 600.0)] = 10.0
-    spool_up: Annotated[float, Real("s", "time from armed to the first state", 0.0, 60.0, "COM_SPOOLUP_TIME")] = 1.0
+    spool_up: Annotated[
+        float, Real("s", "time from armed until commands are followed", 0.0, 60.0, "COM_SPOOLUP_TIME")
+    ] = 1.0
     command_timeout: Annotated[float, Real("s", "age of the newest command at which it lands", 0.01, 0.08)] = 0.06
     state_timeout: Annotated[float, Real("s", "time without a state after which the autopilot lands", 0.02, 10.0)] = 0.1
     land_timeout: Annotated[float, Real("s", "longest landing; then the autopilot is left alone", 1.0, 3600.0)] = 60.0

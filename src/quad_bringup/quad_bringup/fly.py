@@ -1,4 +1,4 @@
-"""``scripts/fly``: fly the cascade as five ROS 2 processes, record it, and judge it by its bag."""
+"""``scripts/fly``: fly the cascade as ROS 2 processes, record it, and judge it by its bag."""
 
 import argparse
 import os
@@ -146,7 +146,12 @@ def _parser() -> argparse.ArgumentParser:
         ("--step", "STEP", f"first flights, each after the last: {', '.join(steps.STEPS)}", {"choices": steps.STEPS}),
         ("--shadow", "LAW", f"it computes and is recorded, not used; {both}", {**several, "dest": "shadows"}),
         ("--own", "NODE=COMMAND", "start COMMAND in place of a node, with the flight's --ros-args", several),
-        ("--vehicle-interface", "NAME=FILE", "px4, joined, mavlink, crazyflie: its bridge flies", {}),
+        (
+            "--vehicle-interface",
+            "NAME=FILE",
+            "px4, joined, mavlink, crazyflie: its bridge flies; needs --realtime and --mission",
+            {},
+        ),
         ("--out", "DIR", "the bag's directory (default: flights/CASE-SEED-N)", {"type": Path}),
         ("--set", "NODE.PARAM=VALUE", "repeatable, as --limits, --own and --shadow", {**several, "dest": "settings"}),
         ("--limits", "FILE|METRIC=VALUE", "limits of the verdict (default: limits/<start>.yaml)", {"action": "append"}),

@@ -54,7 +54,7 @@ class Processes:
         self._logs, self._environment = logs, dict(environment)
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self.codes: dict[str, int] = {}
-        self._asked = False  # the vehicle interface of the vehicle: a second signal would stop the motors
+        self._asked = False  # to land: a second signal would stop the motors
 
     def start(self, role: str, command: Sequence[str | Path]) -> None:
         """Start the process of ``role``; raises OSError if it cannot be started."""
@@ -105,7 +105,7 @@ class Processes:
         """Return whether any process still runs."""
         return bool(self._running)
 
-    def interrupt_owner(self) -> None:
+    def interrupt_vehicle_interface(self) -> None:
         """Ask the process that owns the vehicle, in one process the only one, to end the flight."""
         interface = self.vehicle_interface()
         if interface is not None:
@@ -114,7 +114,7 @@ class Processes:
 
     def vehicle_interface(self) -> "subprocess.Popen[bytes] | None":
         """Return the process that owns the vehicle: the simulator or the only one there was, None if it has left."""
-        if SIMULATOR in self.codes:  # it has left, and the vehicle is no other user's
+        if SIMULATOR in self.codes:  # it has left, and no other process has the vehicle
             return None
         return self._running.get(SIMULATOR) or next(iter(self._running.values()), None)
 
@@ -126,7 +126,7 @@ class Processes:
         interface = self.vehicle_interface()
         if interface is not None and landing:
             if not self._asked:
-                self.interrupt_owner()
+                self.interrupt_vehicle_interface()
             with suppress(subprocess.TimeoutExpired):
                 interface.wait(landing)
         self._ask(SIMULATOR, signal.SIGINT, _SIMULATOR_FIRST)

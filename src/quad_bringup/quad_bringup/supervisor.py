@@ -245,7 +245,7 @@ class Supervisor:
         flies, now = self._phase == FLYING, time.monotonic()
         if self._patience.commanded and flies and not self._interrupted.names:
             self._watch.ask_to_end(self.cause)
-        self._processes.interrupt_owner()
+        self._processes.interrupt_vehicle_interface()
         self._landed_by = now + self._patience.landing
         self._deadline = min(self._landed_by, now + self._patience.silence) if flies else now + self._patience.answer
 

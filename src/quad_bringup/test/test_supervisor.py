@@ -89,7 +89,7 @@ class Flight(Interrupts):
         self.stopped += 1
         self.alive.clear()
 
-    def interrupt_owner(self):
+    def interrupt_vehicle_interface(self):
         self.asked.append(self.now)
 
     def report_failure(self, role, how):

@@ -1,4 +1,4 @@
-"""The recorder node: every message of a flight into one bag, and flow control for the lockstep."""
+"""The recorder node: the topics of ``quad_node.topics`` into one bag, no others, and flow control for the lockstep."""
 
 import inspect
 import struct
@@ -19,7 +19,7 @@ from quad_core.parameters import ParameterError
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.notes import STOPPED, flight_metadata
 from quad_flight_log.payload_check import definition_of, payload_check
-from quad_flight_log.steps import FlightClock, StepCounter
+from quad_flight_log.steps import NewestStamp, StepCounter
 from quad_flight_log.vehicle_pose import FOLLOWED, PoseOutput
 from quad_flight_log.writer import BACKLOG_LIMIT, MESSAGE_LIMIT, BagWriter
 from quad_msgs.msg import FlightState, NodeStatus, RecorderAck
@@ -57,7 +57,7 @@ class Recorder:
             node.outlived = ALL_SIGNALS
         self.settings, self._period = node.settings, node.flight.plant_period
         self.bag = self._create_bag()
-        self._clock, self._counter = FlightClock(time.monotonic()), StepCounter({})
+        self._clock, self._counter = NewestStamp(time.monotonic()), StepCounter({})
         self._periods: dict[str, int] = {}
         self._number: int | None = None  # of the message of a step that is being taken in, in real time
         self._ready = False
@@ -287,4 +287,4 @@ def _stamp_of(payload: bytes) -> int:
 
 def main() -> None:
     """Run the recorder node."""
-    sys.exit(run(RECORDER, Recorder, "Recorder: writes every topic of a flight into one rosbag2 MCAP bag."))
+    sys.exit(run(RECORDER, Recorder, "Recorder: writes the topics of a flight into one rosbag2 MCAP bag."))

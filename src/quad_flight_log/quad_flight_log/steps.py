@@ -10,7 +10,7 @@ _PACE = 2.0  # flight time over steady time, at most, while nothing came
 PATIENCE = 2.0  # s without an answer of a shadow after which the recorder does not wait for it
 
 
-class FlightClock:
+class NewestStamp:
     """``newest``: the largest stamp in ns that was accepted; a foreign node's far-future one must not move it."""
 
     def __init__(self, now: float) -> None:

@@ -13,7 +13,7 @@ from std_msgs.msg import UInt32
 
 from quad_bringup.surroundings import reserved_domain
 from quad_flight_log.node import numbered
-from quad_flight_log.steps import FlightClock, StepCounter
+from quad_flight_log.steps import NewestStamp, StepCounter
 
 pytestmark = pytest.mark.unit
 
@@ -23,16 +23,16 @@ SHADOW = "shadow/attitude_setpoint"
 
 
 def test_the_clock_follows_a_flight_at_its_own_pace_and_ignores_what_is_old():
-    clock = FlightClock(100.0)
+    clock = NewestStamp(100.0)
     for step in range(5000):
         assert clock.accepts(step * PERIOD, 100.0 + step * 1e-4)  # lockstep, twenty times as fast as real time
     assert clock.accepts(0, 101.0)
     assert clock.newest == 4999 * PERIOD
-    assert FlightClock(0.0).accepts(3 * SECOND, 20.0), "a flight that begins late begins"
+    assert NewestStamp(0.0).accepts(3 * SECOND, 20.0), "a flight that begins late begins"
 
 
 def test_a_stamp_of_the_far_future_does_not_move_it():
-    clock = FlightClock(0.0)
+    clock = NewestStamp(0.0)
     assert clock.accepts(4 * SECOND, 4.0)
     for future in (60 * SECOND, 8_000_000_000 * SECOND, 2**63):
         assert not clock.accepts(future, 4.1)
@@ -42,7 +42,7 @@ def test_a_stamp_of_the_far_future_does_not_move_it():
 
 @pytest.mark.parametrize("stopped", [1.0, 5.0, 60.0])
 def test_a_recorder_that_was_stopped_goes_on(stopped):
-    clock = FlightClock(0.0)
+    clock = NewestStamp(0.0)
     assert clock.accepts(SECOND, 1.0)
     assert clock.accepts(SECOND + int(stopped * SECOND), 1.0 + stopped)
 

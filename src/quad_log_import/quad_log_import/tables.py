@@ -25,7 +25,7 @@ _USD_TYPES = {"B": "u1", "b": "i1", "H": "<u2", "h": "<i2", "I": "<u4", "i": "<i
 
 
 def read_tables(path: Path) -> tuple[str, Tables, list[str]]:
-    """Return (format, tables, notes on damage) of the log at ``path``: ulog, tlog, usd, table or bag.
+    """Return (format, tables, notes on damage) of the log at ``path``: ulog, tlog, usd, table or bag; one branch each.
 
     Raises FlightLogError for what is no log, is too large, or holds nothing.
     """

@@ -5,7 +5,8 @@ flight/recorded (RecorderAck); with a commander flight/mode/steps (FlightMode).
 Publishes: flight/state (FlightState), flight/guard (GuardStatus); with a commander flight/request (FlightRequest).
 
 Its parts, in the order in which a flight needs them: handshake, command link (the commander's modes), wrenches, guard,
-input watch. The node itself publishes ``state`` and ``actuation``: it alone knows them.
+input watch. The node itself publishes ``state`` and ``actuation``: it alone knows them. At a step it calls ``asks`` as
+the state goes out, ``guarded`` once the wrench is there, and moves ``current_step`` on (``quad_dynamics.node``).
 """
 
 import time
@@ -113,7 +114,7 @@ class FlightLeader:
                 self.give_up(f"{node.role} stopped by {node.asked_to_end}")
             if (silent := self.input_watch.silent()) and (node.commanded or self.guard.parameters.enabled):
                 self.give_up(silent)
-        elif now > self._leave_by or (RECORDER in node.roles and not self._is_recorded()):
+        elif now > self._leave_by or (RECORDER in node.roles and not self._has_recorder()):
             late = "recorder did not finish in time" if RECORDER in node.roles else "flight ended"
             node.finish(node.exit_code, self._reason or late)
         if self._ticks % _STATE_EVERY == 0:
@@ -186,7 +187,7 @@ class FlightLeader:
             node.events.error("flight_failed", reason, self.elapsed_ns)
         self.publish_flight_state()
         node.publish_diagnostics()
-        patience = node.flight.silence_timeout if self._is_recorded() else _UNRECORDED_PATIENCE
+        patience = node.flight.silence_timeout if self._has_recorder() else _UNRECORDED_PATIENCE
         self._leave_by = time.monotonic() + patience
         self._leave_when_recorded()
 
@@ -230,7 +231,7 @@ class FlightLeader:
         set_stamp(message.stamp, self.elapsed_ns)
         self._flight_state.publish(message)
 
-    def _is_recorded(self) -> bool:
+    def _has_recorder(self) -> bool:
         is_there = self.node.ros.count_publishers("flight/recorded") > 0
         return RECORDER in self.node.roles and not self.unrecorded and is_there
 

@@ -32,7 +32,7 @@ PROFILE = Profile(
     hold=Request(DO_SET_MODE, 1.0, 4.0, 3.0),
 )
 MODE_LOSS = 1.5
-"""Seconds within which PX4 to 1.17 misses an external mode that stopped: four arming checks, 0.3 s apart, and delays."""
+"""Seconds within which PX4 to 1.17 misses an external mode that stopped: four arming checks and delays."""
 POSITION_INVALID = "local_position_invalid"
 LOSS_ADVICE = "set COM_OF_LOSS_T to 0.1 and COM_OBL_RC_ACT to 4 (Land), docs/how_to/px4.md"
 """What keeps a bridge, an agent or a computer that stops from crashing the vehicle in modes wrench and motors."""

@@ -16,7 +16,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from quad_autopilot import thrust
 from quad_autopilot.arming import Setpoint
-from quad_autopilot.autopilot import Request, Stamps
+from quad_autopilot.autopilot import Profile, Request, Stamps
 from quad_autopilot.autopilot_flight import BEAT, AutopilotFlight, Taken
 from quad_autopilot.odometry import Sample
 from quad_core.cascade import POSITION, STAGE
@@ -62,11 +62,17 @@ class Px4Bridge:
         self._external = self._registered()
         self.passed_on: Stamped | None = None
         self._listen(take_estimate or self.take_estimate)
-        if not self._by_attitude and self._external is None:
-            self.flight.profile = PROFILE._replace(loss_limit=self.settings.loss_limit, loss_advice=LOSS_ADVICE)
+        if self._external is None:
+            self.flight.profile = self._offboard()
         self.node.measures.append(self._measured)
         if "clock" not in flight:
             self.node.every(BEAT, self.step)
+
+    def _offboard(self) -> Profile:
+        """Return how PX4 is asked for offboard; where it stabilises nothing it must notice a lost stream in time."""
+        if self._by_attitude:
+            return PROFILE
+        return PROFILE._replace(loss_limit=self.settings.loss_limit, loss_advice=LOSS_ADVICE)
 
     def _registered(self) -> ExternalMode | None:
         """Return the registration of parameter external_mode, None without; raises ParameterError."""
@@ -118,7 +124,7 @@ class Px4Bridge:
             events.warn("px4_parameters", f"{text}; {LOSS_ADVICE}", always=True)
 
     def step(self) -> None:
-        """Keep PX4 in our mode and ask it for what is due, every 20 ms; what the guard took over ends the flight."""
+        """Send heartbeat, requests, idle and level set points every 20 ms; the controllers' go out as they arrive."""
         flight, guard = self.flight, self.leader.guard
         if not flight.begin_step():
             return
@@ -202,7 +208,7 @@ class Px4Bridge:
         chosen_by = ChosenBy(self.settings.chosen_by)
         if external.failure:
             external.close()
-            self._external = None
+            self._external, self.flight.profile = None, self._offboard()
             text = f"{self.settings.external_mode}: {external.failure}"
             if chosen_by == ChosenBy.PILOT:  # in offboard nothing would choose when it takes off
                 self.flight.stop = f"arming refused: external_mode {text}, and chosen_by pilot needs it"

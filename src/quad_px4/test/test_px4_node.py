@@ -1,0 +1,20 @@
+"""What the bridge to PX4 does beside its messages."""
+
+from unittest.mock import Mock
+
+import pytest
+
+from quad_px4.messages import LOSS_ADVICE, PROFILE
+from quad_px4.node import Px4Bridge
+from quad_px4.parameters import ChosenBy
+
+
+@pytest.mark.parametrize(("by_attitude", "limit"), [(False, 0.2), (True, 0.0)])
+def test_offboard_instead_of_an_external_mode_has_the_limit_of_offboard(by_attitude, limit):
+    bridge = Mock(_by_attitude=by_attitude, **{"flight.profile": PROFILE})
+    bridge.settings = Mock(loss_limit=0.2, chosen_by=ChosenBy.BRIDGE.value, external_mode="Mine")
+    bridge._offboard = lambda: Px4Bridge._offboard(bridge)
+    bridge._external = Mock(failure="refused")
+    Px4Bridge._register(bridge)
+    assert bridge._external is None
+    assert bridge.flight.profile == PROFILE._replace(loss_limit=limit, loss_advice=LOSS_ADVICE if limit else "")
