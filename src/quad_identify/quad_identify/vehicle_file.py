@@ -55,6 +55,9 @@ def vehicle_values(
     take("inertia_zz", "inertia_zz", 1.0, flat, "kg m^2: not told; of a flat body")
     lift = float(out["thrust_to_weight"][0]) * mass * GRAVITY / 4.0 / speed**2
     out["lift_coefficient"] = (lift, f"N s^2: full command is {speed:.0f} rad/s{assumed}")
+    if {"torque_coefficient", "lift_coefficient"} <= prior.keys():  # at the speed that full command means here
+        yaw = float(prior["torque_coefficient"]) / float(prior["lift_coefficient"])
+        prior = prior | {"torque_coefficient": yaw * lift}
     per = lift * float(out["inertia_zz"][0]) / mass
     take("torque_coefficient", TORQUES[2], per, 0.1 * arm * lift, "N m s^2: not told; a tenth of an arm")
     take("rotor_time_constant", "rotor_time_constant", words="s: not told")

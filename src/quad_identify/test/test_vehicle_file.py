@@ -109,7 +109,10 @@ def test_what_is_not_told_is_named_or_taken_from_a_prior():
     with pytest.raises(RecordError, match="inertia_xx: rotation needs motors and gyro at 250 Hz and more, found 100"):
         vehicle_values(slow, (LEVER, LEVER), "x", {})
     prior = {"inertia_xx": 2e-3, "inertia_yy": 2e-3, "thrust_to_weight": 2.0}
-    assert vehicle_values(slow, (LEVER, LEVER), "x", prior)["inertia_xx"] == (2e-3, "prior")
+    prior |= {"lift_coefficient": 1e-8, "torque_coefficient": 2e-10}
+    found = vehicle_values(slow, (LEVER, LEVER), "x", prior)
+    assert found["inertia_xx"] == (2e-3, "prior")
+    assert found["torque_coefficient"][0] / found["lift_coefficient"][0] == pytest.approx(0.02)
 
 
 def test_the_manoeuvre_is_a_file_of_set_points_that_begins_at_rest(tmp_path):
