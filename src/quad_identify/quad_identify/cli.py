@@ -31,6 +31,7 @@ from quad_identify.vehicle_file import GRAVITY, bridge_sections, vehicle_text, v
 from quad_trajectory import identify as manoeuvre
 
 SET_POINT_PERIOD = 0.02  # s
+LIMITS = (("mass", 0.001, 1000.0, " kg"), ("curve", 0.0, 1.0, ""), ("delay", 0.0, 0.25, " s"))
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -84,12 +85,14 @@ def _run(options: argparse.Namespace) -> int:
     if not options.logs:
         raise RecordError("LOG: found none, expected at least one log, or --set-points FILE")
     given, prior = _arms(options), _prior(options.prior) if options.prior else {}
-    if options.mass is not None and not 0.001 <= options.mass <= 1000.0:
-        raise RecordError(f"--mass: found {options.mass:g}, expected 0.001 to 1000 kg")
-    for name, largest, unit in (("curve", 1.0, ""), ("delay", 0.25, " s")):
+    for name, least, most, unit in (
+        ("mass", 0.001, 1000.0, " kg"),
+        ("curve", 0.0, 1.0, ""),
+        ("delay", 0.0, 0.25, " s"),
+    ):
         found = getattr(options, name)
-        if found is not None and not 0.0 <= found <= largest:
-            raise RecordError(f"--{name}: found {found:g}, expected 0 to {largest:g}{unit}")
+        if found is not None and not least <= found <= most:
+            raise RecordError(f"--{name}: found {found:g}, expected {least:g} to {most:g}{unit}")
     flights = []
     for path in options.logs:
         _progress(f"reading {path}")

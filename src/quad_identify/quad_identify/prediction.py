@@ -47,14 +47,10 @@ def _force(model: Model, name: str, p: Floats, out: Errors) -> None:
     ]
     measured, predicted = (np.concatenate([each[side].reshape(-1, 3) for each in parts]) for side in (0, 1))
     along, left = measured[:, 2], measured[:, 2] - predicted[:, 2]
-    force = out.setdefault("specific_force", {"hold last": _hold_force(model)})
+    steps = np.concatenate([np.diff(force[:, :, 2], axis=1).ravel() for force, _ in parts])
+    force = out.setdefault("specific_force", {"hold last": float(np.sqrt(np.mean(steps**2)))})
     force[name] = float(np.sqrt(np.mean(left**2)))
     out.setdefault("specific_force R2", {})[name] = float(1.0 - np.mean(left**2) / np.var(along))
-
-
-def _hold_force(model: Model) -> float:
-    steps = [np.diff(grid.force[grid.windows][:, :, 2], axis=1).ravel() for grid in model.grids]
-    return float(np.sqrt(np.mean(np.concatenate(steps) ** 2)))
 
 
 def _starts(grid: Grid, steps: int) -> NDArray[np.int64]:

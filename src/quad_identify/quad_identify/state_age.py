@@ -1,6 +1,7 @@
 """How old attitude and velocity of a log are, compared with its gyro and accelerometer."""
 
 import numpy as np
+from scipy.signal import detrend
 from scipy.spatial.transform import Rotation
 
 from quad_identify.prediction import GRAVITY
@@ -35,14 +36,9 @@ def _velocity(grid: Grid) -> tuple[Floats, Floats]:
 
 def _windows(grid: Grid, both: tuple[Floats, Floats]) -> tuple[Floats, Floats, Floats]:
     """Return per window, less mean and drift: integrals of what was logged and sensed, the latter's derivative."""
-    out = []
-    logged, sensed = both
-    for values in (np.cumsum(logged, axis=0) * grid.step, np.cumsum(sensed, axis=0) * grid.step, sensed):
-        w = values[grid.windows]
-        line = np.linspace(-1.0, 1.0, w.shape[1])
-        w = w - w.mean(axis=1, keepdims=True)
-        out.append(w - line[:, None] * np.einsum("k,wkc->wc", line, w)[:, None, :] / (line @ line))
-    return out[0], out[1], out[2]
+    paths = (np.cumsum(each, axis=0) * grid.step for each in both)
+    first, second, third = (detrend(values[grid.windows], axis=1) for values in (*paths, both[1]))
+    return first, second, third
 
 
 def _age(parts: list[tuple[Floats, Floats, Floats]], name: str) -> Parameter:

@@ -104,11 +104,14 @@ def evidence(model: Model, fit: Fit, mass: float | None, arms: tuple[float, floa
     return Evidence(model, fit, mass, arms, motors, gyro, float(np.concatenate(moved).std()), turns)
 
 
-def interval(e: Evidence, of: Callable[[Floats], float], more: float = 0.0) -> tuple[float, float]:
-    """Return the value of a function of the parameters and the half width of its 95 % interval.
+def interval(e: Evidence, of: str | Callable[[Floats], float], more: float = 0.0) -> tuple[float, float]:
+    """Return the value of a parameter, or of a function of all, and the half width of its 95 % interval.
 
     ``more``: a further standard deviation, in the unit of the value.
     """
+    if isinstance(of, str):
+        name = of
+        return interval(e, lambda p: float(p[AT[name]]), more)
     p, slope = e.fit.p, np.zeros(len(NAMES))
     value = of(p)
     known = np.diag(e.fit.covariance) > 0.0
@@ -165,7 +168,7 @@ def _curve(e: Evidence) -> dict[str, Parameter]:
     out = {}
     for name, of, limit, low in (
         ("specific_thrust", full, 0.05 * top, 0.0),
-        ("thrust_offset", lambda p: float(p[AT["thrust_offset"]]), 1.0, -np.inf),
+        ("thrust_offset", "thrust_offset", 1.0, -np.inf),
         ("thrust_linear", lambda p: e.model.curve_of(p)[0], 0.15 * top, -np.inf),
         ("thrust_square", lambda p: e.model.curve_of(p)[1], 0.15 * top, -np.inf),
     ):
@@ -174,7 +177,7 @@ def _curve(e: Evidence) -> dict[str, Parameter]:
     sag = e.model.voltage_range()
     if AT["thrust_battery"] in e.model.free():
         taken = COUPLED * e.fit.lasting[2] / (GRAVITY * sag / np.sqrt(12.0))  # a voltage falls as evenly as errors may
-        value, half = interval(e, lambda p: float(p[AT["thrust_battery"]]), taken)
+        value, half = interval(e, "thrust_battery", taken)
         why = f"voltage fell by {100 * sag:.0f} %"
         out["thrust_battery"] = _one("thrust_battery", (value, wide * half), 0.5, against, why, "fly longer")
     else:
@@ -198,7 +201,7 @@ def _timing(e: Evidence) -> dict[str, Parameter]:
         share = f"{100 * max(turns.max(), 0.0):.0f} % of any turn, {100 * e.fit.explained[2]:.0f} % of the thrust"
         against = f"the motors explain {share}: noise that control answers looks like quicker rotors"
     for name, limit in (("rotor_time_constant", 0.008), ("command_delay", 0.006)):
-        value, half = interval(e, lambda p, name=name: float(p[AT[name]]), rough)  # type: ignore[misc]
+        value, half = interval(e, name, rough)
         half = half if half <= BOUNDS[name][1] else np.inf
         why, fly = f"motors at {e.motors_hz:.0f} Hz", f"{FLY_FAST}; {FLY_THRUST}"
         out[name] = _one(name, (value, half), max(limit, 0.15 * value), against, why, fly, 0.0)
@@ -214,7 +217,7 @@ def _drag(e: Evidence) -> Parameter:
         return unknown("linear_drag", "no velocity or attitude in the log", "log velocity and attitude")
     v, pushes = np.concatenate(along), float(np.hypot(*e.fit.lasting[:2]))
     taken = COUPLED * pushes / max(float(np.hypot(*v.std(axis=0))), 1e-9)
-    found = interval(e, lambda p: float(p[AT["linear_drag"]]), taken)
+    found = interval(e, "linear_drag", taken)
     limit, against = max(0.05, 0.25 * abs(found[0])), ""
     if found[1] > limit and e.fit.quantile * taken > 0.5 * limit:
         against = f"pushes or gusts of {pushes:.2g} m/s^2 look like drag"
@@ -249,7 +252,7 @@ def _rotation(e: Evidence) -> dict[str, Parameter]:
     out, against = {}, [_against_rotation(e, axis) for axis in range(3)]
     fly = [FLY_FAST if "Hz" in reason else FLY_AXIS[axis] for axis, reason in enumerate(against)]
     for axis, name in enumerate(TORQUES):
-        found = interval(e, lambda p, name=name: float(p[AT[name]]))  # type: ignore[misc]
+        found = interval(e, name)
         why = f"{100 * e.fit.explained[3 + axis]:.0f} % of the motion explained"
         out[name] = _one(name, found, 0.1 * abs(found[0]), against[axis], why, fly[axis])
     if e.mass is None or e.arms is None:
