@@ -1,7 +1,7 @@
-"""One step of the commander without ROS: observe, ask, decide, refer, say, in the order of the package's docstring.
+"""One step of the commander without ROS: observe, ask, decide, refer, say, in this order.
 
-core = CommanderCore(parameters, mission, state)          # at the first state
-said = core.step(inputs, [PendingRequest(request, sender), ...])         # at each of its steps
+core = CommanderCore(parameters, mission, state, requests)  # at the first state; requests wait in that queue
+said = core.step(inputs)  # at each of its steps
 """
 
 from collections.abc import Iterable

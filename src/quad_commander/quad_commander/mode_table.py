@@ -12,7 +12,7 @@ from quad_core.enumerations import Mode, Request
 
 
 class Condition(IntEnum):
-    """What can be wrong, then what can be achieved (from READY on)."""
+    """What can be wrong, then what can be achieved (from READY on); bags carry the numbers of their own version."""
 
     REFERENCE_LATE = 0
     REFERENCE_LOST = 1

@@ -1,5 +1,6 @@
 """The commander node: takes `mission/reference`, gives `reference` and `flight/mode`, answers requests.
 
+Subscribes: state, mission/reference, flight/guard, flight/request, attitude_setpoint, and what tells of the battery.
 The nodes of a flight follow `flight/mode/steps`; `flight/mode` is latched and shows others the newest mode.
 """
 
@@ -89,21 +90,11 @@ class Commander:
             for request, kind in SERVICES.items()
         ]
 
-    def _give_up_mission(self) -> None:
-        """In lockstep go on without a mission reference that stays away: that becomes HOLD, then LAND."""
-        responder, topic = self.responder, self._mission_in.topic
-        if not responder.waits or topic in responder.given_up:
-            return
-        if time.monotonic() - responder.state_heard > self.settings.give_up:
-            responder.given_up.add(topic)
-            text = f"step {responder.next_step}: no mission/reference; going on without it"
-            self.node.events.warn("mission_lost", text)
-            responder.answer()
-
     def step(self, sample: Sample, arrivals: list[Stamped | None]) -> Iterator[tuple[Publisher, Any]]:
         """Give reference and mode of one step, both from one decision."""
         self._slept(time.monotonic())
-        if arrivals[0] is not None and self.node.lockstep:
+        mission_arrival, _ = arrivals
+        if mission_arrival is not None and self.node.lockstep:
             self.responder.given_up.clear()
         self._last, self._stepped_at = sample, time.monotonic()
         yield from self._messages(sample, self._decide(sample, arrivals, 0.0))
@@ -111,6 +102,7 @@ class Commander:
     def _decide(self, sample: Sample, arrivals: list[Stamped | None], state_age: float) -> Outputs:
         if self._core is None:
             self._core = CommanderCore(self.settings, self._mission, sample.state, self._requests)
+        _, guard_arrival = arrivals
         mission = self._mission_in.newest
         lag = seconds(sample.step - mission.step, self._period) if mission else 0.0
         seen = Inputs(
@@ -123,11 +115,12 @@ class Commander:
             setpoint_age=0.0 if self.node.lockstep else time.monotonic() - self._heard["attitude_setpoint"],
             state_age=state_age,
             overruns=self._late_cycles(sample.step),
-            guard=self._guard_said(arrivals[1]),
+            guard=self._guard_said(guard_arrival),
             battery=1.0 if self._charge is None else self._charge,
             refusals=self._checks(sample),
             recorder_lost=self._recorder_lost,
             end_asked=self._end_asked,
+            # what an autopilot says of resets stands above ours
             **{"estimator_reset": self._estimator_reset, **self._of_autopilot()},
         )
         said = self._core.step(seen)
@@ -179,6 +172,17 @@ class Commander:
         self._stepped_at = now
         for publisher, message in self._messages(sample, self._decide(sample, [None, None], quiet)):
             publisher.publish(message)
+
+    def _give_up_mission(self) -> None:
+        """In lockstep go on without a mission reference that stays away: that becomes HOLD, then LAND."""
+        responder, topic = self.responder, self._mission_in.topic
+        if not responder.waits or topic in responder.given_up:
+            return
+        if time.monotonic() - responder.state_heard > self.settings.give_up:
+            responder.given_up.add(topic)
+            text = f"step {responder.next_step}: no mission/reference; going on without it"
+            self.node.events.warn("mission_lost", text)
+            responder.answer()
 
     def _look_for_the_recorder(self) -> None:
         node = self.node
