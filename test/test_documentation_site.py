@@ -46,12 +46,10 @@ def test_every_decision_has_a_date_and_a_row_in_the_index():
         number = int(path.name[:4])
         row = next((line for line in index.splitlines() if line.startswith(f"| [{number}]({path.name}) |")), "")
         assert row, f"{path.name}: no row in docs/decisions/README.md"
-        assert row.count("|") == 6
+        assert row.count("|") == 4
         lines = path.read_text(encoding="utf-8").splitlines()
         assert lines[0].startswith(f"# {number}. ")
-        date = re.search(r"Date: (\d{4}-\d{2}-\d{2})", lines[2])
-        assert date is not None, f"{path.name}: no date"
-        assert f"| {date[1]} |" in row, path.name
+        assert re.search(r"Date: \d{4}-\d{2}-\d{2}", lines[2]), f"{path.name}: no date"
     assert index.count("\n| [") == len(list(folder.glob("0*.md")))
 
 
