@@ -21,7 +21,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from types import ModuleType
@@ -160,7 +160,9 @@ class Check:
         )
 
     @contextlib.contextmanager
-    def _flight(self, mode: str, name: str, **settings: Value) -> Iterator[tuple[subprocess.Popen[str], Path]]:
+    def _flight(
+        self, mode: str, name: str, settings: Mapping[str, Value]
+    ) -> Iterator[tuple[subprocess.Popen[str], Path]]:
         options, folder = self.options, self.options.out / f"{mode}-{name.replace(' ', '-')}"
         self.relay.heal()
         if options.before:
@@ -169,7 +171,7 @@ class Check:
         if not _until(lambda: self.relay.status is not None, _HEARD_WITHIN):
             raise ParameterError(f"no vehicle_status from PX4 in domain {options.domain}: is its agent running?")
         folder.mkdir(parents=True)
-        content = {f"/**/{PX4}": {"ros__parameters": self._bridge(mode) | settings}}
+        content = {f"/**/{PX4}": {"ros__parameters": self._bridge(mode) | dict(settings)}}
         (folder / "airframe.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
         command = ["scripts/fly", "--mission", f"takeoff:{options.height:g},hold:120,land", "--realtime"]
         command += ["--domain", str(options.domain), "--vehicle", options.vehicle, "--preset", options.preset]
@@ -227,7 +229,7 @@ class Check:
     def lose(self, mode: str, fault: str) -> Row:
         """Fly, lose the link by ``fault`` and measure."""
         relay = self.relay
-        with self._flight(mode, fault) as (fly, said):
+        with self._flight(mode, fault, {}) as (fly, said):
             if not _until(lambda: relay.is_ours or fly.poll() is not None, _ARMED_WITHIN) or not relay.is_ours:
                 return Row(mode, fault, float("nan"), "not armed", float("nan"), _words(said))
             time.sleep(self.options.after)
@@ -256,7 +258,7 @@ class Check:
 
     def refuse(self, mode: str) -> Row:
         """Ask for what a lost link would make a crash of: the bridge must refuse it."""
-        with self._flight(mode, "refused", **_REFUSED[mode]) as (fly, said):
+        with self._flight(mode, "refused", _REFUSED[mode]) as (fly, said):
             _until(lambda: self.relay.is_ours or fly.poll() is not None, _ARMED_WITHIN)
             why = _words(said)
             is_refused = not self.relay.is_ours and ("arming refused" in why or "external_mode" in why)

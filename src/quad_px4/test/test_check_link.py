@@ -1,8 +1,10 @@
 """What the relay of the link check passes on, and what it judges, without ROS."""
 
 import struct
+from unittest.mock import Mock
 
 import pytest
+import yaml
 
 from quad_px4 import check_link
 from quad_px4.check_link import LIMIT, Check, Relay, Row, _is_bad, _parser, _wanted, _words
@@ -75,6 +77,26 @@ def test_the_controller_that_is_killed_is_the_one_that_flies(own, mode, watches,
     monkeypatch.setattr(check, "_processes", lambda fly, name: asked.append(name) or [1])
     check._loss(None, mode, "controller killed")
     assert asked == [killed]
+
+
+@pytest.mark.parametrize(
+    ("mode", "asked", "why"),
+    [
+        ("offboard", {"mode": "wrench", "external_mode": "", "loss_limit": 0.01}, "hover: arming refused: PX4 noticed"),
+        ("external", {"mode": "wrench", "external_mode": "Link check"}, "px4_bridge: external_mode: found"),
+    ],
+)
+def test_what_the_bridge_must_refuse_is_asked_of_it(mode, asked, why, monkeypatch, tmp_path):
+    root = tmp_path / "root"
+    (root / "scripts").mkdir(parents=True)
+    (root / "scripts/fly").write_text(f"#!/bin/sh\necho 'fly: {why}'\n")
+    (root / "scripts/fly").chmod(0o755)
+    options = _parser().parse_args(["air.yaml", "--out", str(tmp_path / "out")])
+    options.bridge, options.root = {"mode": "wrench"}, root
+    row = Check(options, Mock(is_ours=False), False).refuse(mode)
+    (given,) = yaml.safe_load((tmp_path / f"out/{mode}-refused/airframe.yaml").read_text()).values()
+    assert asked.items() <= given["ros__parameters"].items()
+    assert (row.into, row.said) == ("refused", why)
 
 
 def test_what_fly_said_is_its_verdict_not_what_nodes_logged(tmp_path):
