@@ -362,8 +362,8 @@ class AutopilotFlight:
     def _given(self) -> WrenchCommand | None:
         """Return the newest command; by attitude what is known of it, its thrust, which is never too old."""
         if self.by_attitude:
-            known = self._thrust is not None
-            return WrenchCommand(Wrench(self._thrust or 0.0, ZERO), self.node.current_step, True) if known else None
+            known = self._thrust
+            return None if known is None else WrenchCommand(Wrench(known, ZERO), self.node.current_step, True)
         newest = self.leader.wrenches.newest
         return WrenchCommand(newest.value, newest.step, self._is_command_new) if newest is not None else None
 

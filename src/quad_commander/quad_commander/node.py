@@ -93,16 +93,15 @@ class Commander:
     def step(self, sample: Sample, arrivals: list[Stamped | None]) -> Iterator[tuple[Publisher, Any]]:
         """Give reference and mode of one step, both from one decision."""
         self._slept(time.monotonic())
-        mission_arrival, _ = arrivals
+        mission_arrival, guard_arrival = arrivals
         if mission_arrival is not None and self.node.lockstep:
             self.responder.given_up.clear()
         self._last, self._stepped_at = sample, time.monotonic()
-        yield from self._messages(sample, self._decide(sample, arrivals, 0.0))
+        yield from self._messages(sample, self._decide(sample, guard_arrival, 0.0))
 
-    def _decide(self, sample: Sample, arrivals: list[Stamped | None], state_age: float) -> Outputs:
+    def _decide(self, sample: Sample, guard_arrival: Stamped | None, state_age: float) -> Outputs:
         if self._core is None:
             self._core = CommanderCore(self.settings, self._mission, sample.state, self._requests)
-        _, guard_arrival = arrivals
         mission = self._mission_in.newest
         lag = seconds(sample.step - mission.step, self._period) if mission else 0.0
         seen = Inputs(
@@ -170,7 +169,7 @@ class Commander:
         stamp = step * self._period
         sample = Sample(step, stamp, self._last.state, now - self._stepped_at)
         self._stepped_at = now
-        for publisher, message in self._messages(sample, self._decide(sample, [None, None], quiet)):
+        for publisher, message in self._messages(sample, self._decide(sample, None, quiet)):
             publisher.publish(message)
 
     def _give_up_mission(self) -> None:

@@ -64,10 +64,7 @@ class Asked(NamedTuple):
         ``forced``: a function from (resolved, values) to the values that win over all that is asked for. Raises
         ParameterError or PluginError naming the node and the file.
         """
-        like = role.removeprefix(SHADOW)
-        read = _read(self.files, like, self.namespace)
-        for name in self.not_flown(role):
-            del read[name]
+        like, (read, _) = role.removeprefix(SHADOW), self.read(role)
         values = {**defaults, **read}
         for asked in (self.values.get("/**", {}), self.values.get(like, {})):
             values.update(asked)
@@ -83,17 +80,19 @@ class Asked(NamedTuple):
             kind = PluginError if isinstance(error, PluginError) else ParameterError
             raise kind(f"{role}: {place}{error}") from error
 
-    def not_flown(self, role: str) -> list[str]:
-        """Return which parameters in the files are of a plug-in that the files choose, and what is asked for does not.
+    def read(self, role: str) -> tuple[dict[str, Value], list[str]]:
+        """Return the parameters in the files that a node gets, and the names of those that are left out.
 
-        A law's are not among them: they are gains, and without them another law flies with those of another vehicle.
+        Left out are those of a plug-in that the files choose and what is asked for does not. A law's are not among
+        them: they are gains, and without them another law flies with those of another vehicle.
         """
         like = role.removeprefix(SHADOW)
         read, kind = _read(self.files, like, self.namespace), ALL_ROLES[like]
         flown = {**read, **self.values.get(like, {}), **self.settings.get(role, {})}
         before = {slot: read.get(slot, getattr(kind.parameters(), slot)) for slot in kind.slots if slot != "law"}
         others = tuple(f"{name}." for slot, name in before.items() if name != flown.get(slot, name))
-        return sorted(name for name in read if name.startswith(others))
+        unused = sorted(name for name in read if name.startswith(others))
+        return {name: value for name, value in read.items() if name not in unused}, unused
 
 
 def resolve_flight(request: Request, identity: Mapping[str, Mapping[str, Value]]) -> dict[str, Resolved]:
@@ -138,7 +137,7 @@ def read_request(request: Request, identity: Mapping[str, Mapping[str, Value]]) 
 def left_out(request: Request) -> str:
     """Return what to say of parameters in the files that belong to what is not flown, empty without any."""
     asked = read_request(request, {})
-    names = [f"{role}.{name}" for role in asked.roles for name in asked.not_flown(role)]
+    names = [f"{role}.{name}" for role in asked.roles for name in asked.read(role)[1]]
     return f"not flown, so left out: {', '.join(names)}" if names else ""
 
 

@@ -85,11 +85,7 @@ def _run(options: argparse.Namespace) -> int:
     if not options.logs:
         raise RecordError("LOG: found none, expected at least one log, or --set-points FILE")
     given, prior = _arms(options), _prior(options.prior) if options.prior else {}
-    for name, least, most, unit in (
-        ("mass", 0.001, 1000.0, " kg"),
-        ("curve", 0.0, 1.0, ""),
-        ("delay", 0.0, 0.25, " s"),
-    ):
+    for name, least, most, unit in LIMITS:
         found = getattr(options, name)
         if found is not None and not least <= found <= most:
             raise RecordError(f"--{name}: found {found:g}, expected {least:g} to {most:g}{unit}")

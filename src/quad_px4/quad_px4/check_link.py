@@ -171,7 +171,7 @@ class Check:
         if not _until(lambda: self.relay.status is not None, _HEARD_WITHIN):
             raise ParameterError(f"no vehicle_status from PX4 in domain {options.domain}: is its agent running?")
         folder.mkdir(parents=True)
-        content = {f"/**/{PX4}": {"ros__parameters": self._bridge(mode) | dict(settings)}}
+        content = {f"/**/{PX4}": {"ros__parameters": {**self._bridge(mode), **settings}}}
         (folder / "airframe.yaml").write_text(yaml.safe_dump(content), encoding="utf-8")
         command = ["scripts/fly", "--mission", f"takeoff:{options.height:g},hold:120,land", "--realtime"]
         command += ["--domain", str(options.domain), "--vehicle", options.vehicle, "--preset", options.preset]
