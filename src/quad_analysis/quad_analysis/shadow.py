@@ -5,6 +5,7 @@ bags of ours each step is that of the node (``replay``); on imported ones both l
 """
 
 from collections.abc import Mapping
+from functools import lru_cache
 from itertools import permutations
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -82,7 +83,7 @@ def shadow(
     given, flown, said, notes = dict[str, Mapping[int, Any]](), Numbers(), Numbers(), list[str]()
     others = None if flight.has(PARAMETERS) else _imported(flight, first.vehicle)
     if others:
-        given, flown, notes = dict(others.inputs), others.flown, others.notes
+        given, flown, notes = dict(others.inputs), others.flown, list(others.notes)
     for role, stage in STAGE.items():
         if others:
             had = ((others.states[row], *(given[each.topic][row] for each in stage.inputs)) for row in others.rows)
@@ -130,6 +131,7 @@ class Imported(NamedTuple):
     notes: list[str]
 
 
+@lru_cache(1)  # the same for both memories
 def _imported(flight: Flight, vehicle: Vehicle) -> Imported:
     table, references = (by_stamp(flight.array(topic)) for topic in ("state", "reference"))
     stamps, states = table["stamp_ns"], tuples_of(VehicleState, table, f"{flight.path}: state")
