@@ -392,7 +392,7 @@ class Estimator:
         if norm(velocity) < FALLS:  # upwards the ground may push
             off = Vec3(off.x, off.y, min(off.z, 0.0))
         if norm(off) > JOLT:
-            looks = likely(POSITION | heading(between(expected, found)), found, expected)
+            looks = likely(POSITION | heading(between(found, expected)), found, expected)
             self._blame_pose("the position", found, expected, f"m/s more within {STOP_WITHIN:g} s", looks)
         elif self._rests and norm(off) > STOP:
             self._blame_pose("the position", ZERO, scale(-1.0, off), "m/s", "the last pose, sent again")
