@@ -43,6 +43,7 @@ NAMED_WITHIN = 0.5  # s
 AWAY = ("hover", "--set", "trajectory.hover.yaw=3", "--set", "trajectory.hover.position.x=3", "--duration", "3")
 SHORT = ("case2", "--duration", "4")
 UP = ("--mission", "takeoff:1.5,hold:3,land")
+NAMING = ("wrong_twist", "wrong_pose", "estimator_silent")
 REFUSED, LANDED, FLIES, EITHER = "refused", "landed", "flies", "flies or landed"
 FARTHEST = 3.0
 """m from the reference, in the horizontal plane, up to where the mistake is named: nobody flies away."""
@@ -140,7 +141,7 @@ def flown(figures, flight, faults, clock=("--realtime",)):
     said, named, away = done.stdout + done.stderr, np.nan, 0.0
     if any(bag.glob("*.mcap")) and (recorded := open_flight(bag)).has("truth"):
         events, truth = recorded.array("flight/events"), recorded.array("truth")
-        naming = [row["stamp_ns"] for row in events if row["kind"] in ("wrong_twist", "wrong_pose")]
+        naming = [row["stamp_ns"] for row in events if row["kind"] in NAMING]
         shows = shown_from(truth, faults.get("wrong", ""))
         named = 1e-9 * float(naming[0] - shows) if naming and shows is not None else np.nan
         away = farthest(recorded, max(naming, default=np.inf))

@@ -5,7 +5,8 @@
     s   = sum of (v_f - v_t) . (v_p - v_t) / sum of |v_p - v_t|^2
 
 Sums are of changes over the last MEMORY s. Where pose and twist differ, s is near 0 if the pose is wrong, near 1 if the
-twist is. A row of a table is a mistake: what it is called, and what it makes of the right value.
+twist is; in wind s passes 0, but the sum of |v_f - v_t|^2 is then larger than that of |v_p - v_t|^2.
+A row of a table is a mistake: what it is called, and what it makes of the right value.
 """
 
 import math
@@ -140,7 +141,7 @@ class Witness:
 
     def __init__(self) -> None:
         self._claims: deque[Claim] = deque()
-        self._nearer = self._apart = 0.0
+        self._nearer = self._apart = self._unlike = 0.0
 
     def note(self, claim: Claim) -> tuple[Vec3, Vec3]:
         """Take in what is claimed; return by how much pose and wrench changed over the last MEMORY s."""
@@ -151,6 +152,7 @@ class Witness:
         between = subtract(pose, twist)
         self._nearer = KEPT * self._nearer + dot(subtract(wrench, twist), between)
         self._apart = KEPT * self._apart + dot(between, between)
+        self._unlike = KEPT * self._unlike + dot(subtract(wrench, twist), subtract(wrench, twist))
         return pose, wrench
 
     def changes(self, span: float, ago: float = 0.0) -> tuple[Vec3, Vec3]:
@@ -180,4 +182,5 @@ class Witness:
     @property
     def blames_pose(self) -> bool:
         """Whether the pose is wrong, where both differ."""
-        return self._apart > LEAST_APART and abs(self._nearer) < POSE_IS_WRONG * self._apart
+        alike = abs(self._nearer) < POSE_IS_WRONG * self._apart and self._unlike < self._apart
+        return alike and self._apart > LEAST_APART

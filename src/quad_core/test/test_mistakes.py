@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from quad_core.estimator import Drive, Estimator, Sample
-from quad_core.mistakes import ANGULAR, LEAST_MOTION, Turn, likely
+from quad_core.mistakes import ANGULAR, LEAST_MOTION, Claim, Turn, Witness, likely
 from quad_core.types import Quat, Vec3
 
 sys.path.insert(0, str(Path(__file__).parents[3] / "test" / "accept"))
@@ -196,6 +196,17 @@ def test_a_turn_is_told_once_enough_has_moved():
     assert turn.angle == 0.0
     turn.note(Vec3(2.0, 0.0, 5.0), Vec3(0.0, 2.0, 0.0))
     assert turn.angle == pytest.approx(0.5 * math.pi)
+
+
+def test_wind_that_pushes_more_than_a_twist_is_wrong_blames_no_pose():
+    witness, blamed, turn = Witness(), [], 0.0
+    for t in np.arange(0.0, 2.0, 0.01):
+        turn += 0.01 * 2.4 * max(0.0, t - 0.5)  # the twist is turned by more and more
+        pose, pushes = 0.5 * t, Vec3(1.5 * t, 0.5 * t, 0.0)
+        twist = Vec3(pose * math.cos(turn), pose * math.sin(turn), 0.0)
+        witness.note(Claim(t, Vec3(pose, 0.0, 0.0), twist, pushes))
+        blamed.append(witness.blames_pose)
+    assert not any(blamed)
 
 
 def test_what_explains_less_than_half_of_what_lies_between_is_no_explanation():
