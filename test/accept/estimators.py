@@ -95,7 +95,7 @@ MISTAKES = {
     "two poses": Mistake(LANDED, "the same poses since|does not move as the wrench says", {"begins": "3"}),
     "noisy": Mistake(LANDED, f"{DOES_NOT_MOVE}|the same attitude since", {"begins": "2", "pose": "1"}),
     "silent": Mistake(LANDED, "est/odom: silent since", {"begins": "3"}),
-    "latency": Mistake(LANDED, f"{DOES_NOT_MOVE}.*a pose that comes late"),
+    "latency": Mistake(LANDED, f"{DOES_NOT_MOVE}.*a pose that comes late|the same pose since"),
     "zero stamps": Mistake(REFUSED, "its stamps do not advance"),
     "whole seconds": Mistake(REFUSED, "its stamps do not advance"),
     "another clock": Mistake(REFUSED, f"{ITS_STAMPS}.*stamps=first"),

@@ -37,6 +37,7 @@ _PATIENCE = 5.0  # s before the flight in which an estimator may send what canno
 _AT_REST = 0.15  # m/s: what an estimate may drift by while the vehicle stands
 _LATE = 0.05  # s in real time: the guard descends on a wrench as old
 _SILENT = 0.25  # s in real time: the guard descends after 0.1 s
+_BEGINS = 0.03  # s in real time: so long nothing new as the flight begins, and the guard ends it after 0.05 s
 _SILENT_LOCKSTEP = 2.5  # s: less than the simulator waits for an answer, so that the estimator is named
 
 
@@ -171,6 +172,9 @@ class OdometryRelay:
                 return
             node.events.warn(kind, text, stamp)
         if found is None:
+            stands = bool(self.estimator.stall) and seconds(self.estimator.good_step, period) < _BEGINS
+            if stands and not node.lockstep and now - self._accepted_at > _BEGINS:
+                self._silent()
             return
         passed, self._accepted_at = now - self._accepted_at, now
         step, state = found

@@ -169,6 +169,35 @@ def test_an_estimator_that_repeats_its_last_pose_is_named(relay, lockstep):
     assert [state.step for state in relay.sent] == list(range(146 if lockstep else 21))
 
 
+@pytest.mark.parametrize(("stamps", "places", "why"), [
+    ((0, 0, 0, 0), (0, 1, 2, 3), "its stamps do not advance"),
+    ((0, 1, 2, 3), (0, 0, 0, 0), "the same pose"),
+])  # fmt: skip
+def test_an_estimate_that_stands_as_the_flight_begins_is_named_before_the_guard_ends_it(relay, stamps, places, why):
+    relay.node.flying = True
+    for stamp, place in zip(stamps, places, strict=True):
+        relay.step(moved(message_at(2_000_000 * stamp), place))
+        assert not relay.node.done.done()
+    relay._accepted_at -= 0.04
+    relay.step(moved(message_at(2_000_000 * stamps[-1]), places[-1]))
+    assert relay.said[-1] == ("estimator_silent", f"est/odom: {why} since 0.000 s")
+    assert relay.node.exit_code == 1
+
+
+def moved(message, place):
+    message.pose.pose.position.y = 0.01 * place
+    return message
+
+
+def test_a_stall_in_flight_is_given_time(relay):
+    relay.node.flying = True
+    for k in range(200):
+        relay.step(message_at(2_000_000 * k))
+    relay._accepted_at -= 0.04
+    relay.step(moved(message_at(2_000_000 * 199), 7))
+    assert not relay.node.done.done()
+
+
 def test_a_type_that_is_not_taken_is_named_and_after_five_seconds_the_end(relay, monkeypatch):
     kind = SimpleNamespace(topic_type="geometry_msgs/msg/PoseWithCovarianceStamped")
     monkeypatch.setattr(relay.node.ros, "get_publishers_info_by_topic", lambda _: [kind])
