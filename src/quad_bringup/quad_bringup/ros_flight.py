@@ -180,7 +180,7 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Flight
                 complain(f"{role}: {line}")
     say(f"{flight.name}: {verdict}")
     bag = shlex.quote(str(flight.directory))
-    say(f"{flight.name}: next: scripts/log report {bag}   (or info, metrics, view)")
+    say(f"{flight.name}: next: scripts/log report {bag}   (or info, metrics, play)")
     return FAILED if problems else GOOD
 
 

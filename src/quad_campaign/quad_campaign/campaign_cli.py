@@ -75,7 +75,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--against", type=Path, metavar="DIR", help="compare with a campaign that drew the same values")
     parser.add_argument("--refly", type=_at_least(0), metavar="N", help="fly flight N over ROS, with a bag")
-    parser.add_argument("--part", type=_at_least(1), default=50, metavar="N", help="flights per part (default: 50)")
+    parser.add_argument("--part", type=_at_least(1), metavar="N", help="flights per part (default: 50, in Python 1)")
     parser.add_argument(
         "--engine", choices=("compiled", "python"), default="compiled", help="python: slow, the same bits"
     )
@@ -111,6 +111,7 @@ def _refly(definition: Definition, options: argparse.Namespace) -> int:
 
 
 def _campaign(path: Path, definition: Definition, options: argparse.Namespace, said: str) -> int:
+    size = options.part or {"compiled": 50, "python": 1}[options.engine]
     out = options.out or Path("campaigns", f"{definition.name}-{datetime.now(timezone.utc):%Y%m%d-%H%M%S}")
     batch = prepared(definition)
     theirs = None if options.against is None else flights_of(options.against)
@@ -118,14 +119,14 @@ def _campaign(path: Path, definition: Definition, options: argparse.Namespace, s
         "identity": {
             "file": hashlib.sha256(path.read_bytes()).hexdigest(),
             "flights": options.flights,
-            "part": options.part,
+            "part": size,
             "code": source_hash(batch.base.modules),
         },
         "definition": path.read_text("utf-8"),
         "command": said,
         "begun": datetime.now(timezone.utc).isoformat(timespec="seconds"),
     }
-    parts = Parts(out, options.flights, options.part)
+    parts = Parts(out, options.flights, size)
     parts.open(about, options.resume)
     began = time.monotonic()
     run(definition, parts, scheduler=options.scheduler, compiled=options.engine == "compiled")

@@ -93,8 +93,10 @@ def test_the_lines_for_pandas_read_both_files(flown, one_table, monkeypatch):
     found = {}
     exec(lines_of("python"), found)
     truth, reference = flown.result.topics["truth"], flown.result.topics["reference"]
-    assert found["z"].iloc[0] == truth["p_w"][0, 2] - reference["p_w"][0, 2]
-    again = pandas.read_parquet("tables/flight.parquet").set_index("t")
+    at_references = np.isin(truth["stamp_ns"], reference["stamp_ns"])
+    assert 1 < at_references.sum() == len(reference) < len(truth)
+    assert found["z"].tolist() == (truth["p_w"][at_references, 2] - reference["p_w"][:, 2]).tolist()
+    again = pandas.read_parquet("tables/flight.parquet").set_index("t")[at_references]
     pandas.testing.assert_frame_equal(found["d"].astype(float), again, check_exact=True)
 
 
@@ -106,4 +108,4 @@ def test_the_lines_for_octave_read_the_file(flown, one_table):
     )
     truth, reference = flown.result.topics["truth"], flown.result.topics["reference"]
     count, first = done.stdout.split()
-    assert (int(count), float(first)) == (len(truth), truth["p_w"][0, 2] - reference["p_w"][0, 2])
+    assert (int(count), float(first)) == (len(reference), truth["p_w"][0, 2] - reference["p_w"][0, 2])

@@ -366,6 +366,8 @@ def _view(options: argparse.Namespace) -> int:
     """
     from quad_report.live import Feed, follow, serve, under_way
 
+    if not options.live:
+        raise FlightLogError("found no --live, with which it shows the flight under way; a bag: log play BAG")
     path = under_way(options.bags)
     feed = Feed(path.parent.name)
     serve(feed, partial(follow, path, feed))
@@ -420,7 +422,7 @@ FLAGS: dict[str, dict[str, Any]] = {
     "--out": {"type": Path, "metavar": "DIR", "help": "directory of what is written"},
     "--map": {"default": "", "metavar": "NAME|FILE", "help": "map of columns, shipped or a YAML file"},
     "--listen": {"default": "127.0.0.1:14540", "metavar": "HOST:PORT", "help": "UDP port that the autopilot sends to"},
-    "--live": {"action": "store_true", "required": True, "help": "the flight under way; log play shows a bag"},
+    "--live": {"action": "store_true", "help": "the flight under way; log play shows a bag"},
     "--speed": {"type": _speed, "default": 1.0, "metavar": "X", "help": "times the flight's own pace (default: 1)"},
     "--position": {"metavar": "LAW", "help": "position law (default: the one that flew)"},
     "--attitude": {"metavar": "LAW", "help": "attitude law (default: the one that flew)"},

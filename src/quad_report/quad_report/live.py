@@ -10,6 +10,7 @@ import threading
 import time
 import webbrowser
 from collections.abc import Callable, Iterator
+from functools import partial
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from itertools import chain
 from pathlib import Path
@@ -227,7 +228,10 @@ def _events(feed: Feed, sent: int) -> Iterator[str]:
         time.sleep(PERIOD)
 
 
-def serve(feed: Feed, source: Callable[[], None], said: Callable[[str], None] = print) -> None:
+_tell = partial(print, flush=True)
+
+
+def serve(feed: Feed, source: Callable[[], None], said: Callable[[str], None] = _tell) -> None:
     """Show in browsers what ``source`` feeds, until it ends; opens one where there is a screen.
 
     ``said`` gets the address, and how the flight ended. Raises what ``source`` raises.

@@ -2,7 +2,10 @@
 
 import http.client
 import json
+import re
 import socket
+import subprocess
+import sys
 import threading
 import time
 
@@ -156,8 +159,20 @@ def test_no_flight_under_way_is_said(tmp_path, monkeypatch, capsys):
     assert main(["view", "--live"]) == 2
     assert "no flight is under way" in capsys.readouterr().err
     bag = drawn_flights.bag(tmp_path / "closed", steps=5)
+    assert main(["view", str(bag)]) == 2
+    assert "a bag: log play BAG" in capsys.readouterr().err
     with pytest.raises(FlightLogError, match="log play"):
         under_way(bag)
+
+
+def test_the_address_is_told_at_once_to_a_file_too():
+    program = "from quad_report.live import Feed, serve; import time; serve(Feed('circle'), lambda: time.sleep(60.0))"
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as serving:
+        try:
+            assert re.fullmatch(r"view: http://127\.0\.0\.1:\d+/ \(this machine alone\)\n", serving.stdout.readline())
+            assert serving.poll() is None
+        finally:
+            serving.kill()
 
 
 def test_only_this_machine_is_answered_and_only_the_page():

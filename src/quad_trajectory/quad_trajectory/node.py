@@ -64,7 +64,7 @@ class Trajectory:
             self._apply_mode(sample, flies, mode is not None and mode.mode in ON_GROUND)
         if self._plan is None:
             try:
-                plan = self._make_plan(sample, _as_state(reference) if reference else sample.state)
+                plan = self._make_plan(sample, _as_state(reference) if reference else self._start(sample.state))
             except ValueError as error:  # a plug-in's plan() refuses what it cannot fly within its limits
                 text = f"{self._plugin.name}: no plan from this start: {error}"
                 self.node.events.error("plan_refused", text, sample.stamp_ns)
@@ -83,6 +83,10 @@ class Trajectory:
         else:
             point = (reference or _standing(sample.state))._replace(trajectory_time=NOT_BEGUN)
         yield self._reference_out, self._pack(point, sample.step, next_step, sample.stamp_ns)
+
+    def _start(self, state: VehicleState) -> VehicleState:
+        # a commander asks before it arms whether the estimate stands, and a plan of the mission comes after that
+        return state._replace(v_w=Vec3()) if self._commanded and state.on_ground else state
 
     def _apply_mode(self, sample: Sample, flies: bool, is_on_ground: bool) -> None:
         """Begin, go on, rest or forget what was flown, as the commander's mode wants it."""

@@ -13,6 +13,7 @@ from quad_node.handshake import run_number
 from quad_node.responder import Sample
 from quad_trajectory.node import Trajectory
 
+ROLES = "simulator,trajectory,commander,position_controller,attitude_controller,recorder"
 SAMPLE = Sample(0, 0, VehicleState(Vec3(), Vec3(), Quat(), Vec3()), 0.01)
 
 
@@ -57,10 +58,18 @@ def test_the_plan_comes_before_the_first_reference_and_once(node):
     assert (first, second) == (["/flight/plan", "/reference"], ["/reference"])
 
 
+@pytest.mark.parametrize("commanded", [False, True])
+def test_an_estimate_that_moves_on_the_ground_is_left_to_the_commander_where_there_is_one(make, commanded):
+    node = make(f"flight.roles:={ROLES}") if commanded else make()
+    moves = SAMPLE.state._replace(v_w=Vec3(0.2, 0.0, 0.0), on_ground=True)
+    sent = list(node.step(SAMPLE._replace(state=moves), [None, None]))
+    assert node.node.done.done() is (not commanded)
+    assert len(sent) == (2 if commanded else 0)
+
+
 @pytest.mark.parametrize("run_id", ["", "b2"])
 def test_the_mode_of_another_run_or_of_none_is_not_obeyed(make, callbacks, run_id):
-    roles = "simulator,trajectory,commander,position_controller,attitude_controller,recorder"
-    node = make(f"flight.roles:={roles}", "flight.run_id:=a1")
+    node = make(f"flight.roles:={ROLES}", "flight.run_id:=a1")
     taken = node.responder.inputs[0]
     for name in ("a1", run_id):
         mode = FlightMode(
