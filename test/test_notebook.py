@@ -2,6 +2,7 @@
 
 import ast
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,7 @@ def test_every_cell_runs_and_shows_what_it_says(tmp_path, monkeypatch, capsys):
     names = {}
     cells = json.loads((ROOT / "examples" / "notebook.ipynb").read_text())["cells"]
     values = [shown("".join(cell["source"]), names) for cell in cells if cell["cell_type"] == "code"]
+    assert re.fullmatch(r"Result\(ended, \d+ of \d+ steps, RMSE [\d.e-]+ m, \{.*truth: \d+ rows.*\}\)", repr(values[0]))
     html = values[0]._repr_html_()
     assert "<td>ended</td>" in html
     assert f"{1e3 * names['flown'].rmse:.3g} mm" in html

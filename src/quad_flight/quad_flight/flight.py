@@ -69,6 +69,11 @@ class Result(NamedTuple):
         """Root mean square distance from the reference in m over the counted steps; NaN if none was counted."""
         return FIGURES["rmse"].of(self.score)
 
+    def __repr__(self) -> str:
+        """Return the text form, without the arrays, which would flood a terminal."""
+        rows = ", ".join(f"{name}: {len(table)} rows" for name, table in self.topics.items())
+        return f"Result({self.outcome}, {self.steps} of {self.end_step} steps, RMSE {self.rmse:.4g} m, {{{rows}}})"
+
     def _repr_html_(self) -> str:
         """Return what a notebook shows: outcome, errors and the path."""
         rows = {"outcome": " ".join(filter(None, (self.outcome, self.reason, self.guard)))}

@@ -14,6 +14,7 @@ from quad_log_import.maps import Floats, Recording, Signal, interpolated, turnin
 
 GRAVITY = 9.81
 STEEPEST = 30.0  # deg between body z and thrust as the median of a flight: more is another frame or order
+LEAST_HEIGHT, MOSTLY = 0.3, 0.5  # m, and the share of a log that a flight upside down is below its start
 MOST = 200_000  # moments at which two signals are compared, so that a damaged time takes no memory
 
 
@@ -22,19 +23,32 @@ def doubts(recording: Recording) -> list[str]:
     signals, found = recording.signals, list[str]()
     for name, signal in signals.items():
         found += [] if name.startswith("reference_") else _clock(name, signal)  # time without a set point is no gap
-    checks: dict[Callable[..., list[str]], tuple[str, ...]] = {
-        _gravity: ("specific_force",),
-        _rates: ("body_rates", "attitude"),
-        _velocity: ("velocity", "position"),
-        _force: ("specific_force", "velocity", "attitude"),
-        _upright: ("attitude", "position"),
-        _motor_range: ("motors",),
-        partial(_motor_order, recording.rotors): ("motors", "body_rates"),
-    }
-    for check, names in checks.items():
+    for check, names in _checks(recording).values():
         if signals.keys() >= {*names} and (check is not _upright or "specific_force" not in signals):
             found += check(*(signals[name] for name in names))
     return found
+
+
+def unchecked(recording: Recording) -> list[str]:
+    """Return what of the signals of a recording nothing can speak against, and the signals that this would take."""
+    found = []
+    for (signal, what), (_, names) in _checks(recording).items():
+        if signal in recording.signals and (lacks := [name for name in names if name not in recording.signals]):
+            found.append(f"{what} not checked: no {', no '.join(lacks)}")
+    return found
+
+
+def _checks(recording: Recording) -> dict[tuple[str, str], tuple[Callable[..., list[str]], tuple[str, ...]]]:
+    return {
+        ("specific_force", "gravity"): (_gravity, ("specific_force",)),
+        ("body_rates", "body_rates"): (_rates, ("body_rates", "attitude")),
+        ("position", "height"): (_height, ("position",)),
+        ("velocity", "velocity"): (_velocity, ("velocity", "position")),
+        ("specific_force", "specific_force"): (_force, ("specific_force", "velocity", "attitude")),
+        ("attitude", "attitude"): (_upright, ("attitude", "position")),
+        ("motors", "range of motors"): (_motor_range, ("motors",)),
+        ("motors", "order of motors"): (partial(_motor_order, recording.rotors), ("motors", "body_rates")),
+    }
 
 
 def _clock(name: str, signal: Signal) -> list[str]:
@@ -60,6 +74,15 @@ def _gravity(force: Signal) -> list[str]:
         text = ", ".join(f"{part:.2f}" for part in mean)
         return [f"specific_force: its mean is ({text}) m/s^2, expected +9.8 along body z (up): forward-right-down?"]
     return []
+
+
+def _height(position: Signal) -> list[str]:
+    """Return a doubt where a flight is below the height at which it begins and ends."""
+    up = position.values[:, 2] - position.values[0, 2]
+    below = float((up < -LEAST_HEIGHT).mean())
+    if below < MOSTLY or abs(up[-1]) > LEAST_HEIGHT:
+        return []
+    return [f"position: {100.0 * below:.0f} % of the time below where the flight begins and ends: z down (ned)?"]
 
 
 def _derivative(signal: Signal, t: Floats, span: float = 0.1) -> Floats:

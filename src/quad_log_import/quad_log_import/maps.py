@@ -15,6 +15,7 @@ is the first or second derivative of its columns.
 """
 
 from collections.abc import Mapping
+from difflib import get_close_matches
 from importlib import resources
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -107,9 +108,25 @@ def read_recording(path: Path, map_name: str = "") -> tuple[Recording, str]:
     if not name:
         raise FlightLogError(f"{path}: a table says nothing of its columns; give --map: {', '.join(SHIPPED)} or a file")
     try:
-        return mapped(tables, load_map(name), notes), name
+        content = load_map(name)
+        if name not in SHIPPED:
+            refuse_missing(tables, content, name)
+        return mapped(tables, content, notes), name
     except FlightLogError as error:
         raise FlightLogError(f"{path}: {error}") from error
+
+
+def refuse_missing(tables: Tables, content: Mapping[str, Any], name: str) -> None:
+    """Raise FlightLogError if the map ``name``, made for this log, names a column that is not there.
+
+    A signal with several entries takes what it finds.
+    """
+    for signal, entry in content["signals"].items():
+        table = {} if isinstance(entry, list) else tables.get(str(entry.get("table", ""))) or {}
+        for column in entry["columns"] if table else ():
+            if column not in table:
+                near = get_close_matches(str(column), map(str, table)) or sorted(map(str, table))
+                raise FlightLogError(f"{name}: {signal}: found no column {column!r}, expected {', '.join(near)[:300]}")
 
 
 def load_map(name: str) -> Mapping[str, Any]:

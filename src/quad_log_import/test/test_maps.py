@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.reader import open_flight
-from quad_log_import.doubts import doubts
+from quad_log_import.doubts import doubts, unchecked
 from quad_log_import.maps import Recording, Signal, load_map, mapped, read_recording
 from quad_log_import.tables import read_tables
 from quad_report.cli import main
@@ -144,6 +144,31 @@ def test_a_doubt_is_named_with_its_number(csv, change, doubt):
     assert len([line for line in found if re.search(doubt, line)]) == 1, found
 
 
+def test_a_flight_below_its_beginning_and_end_is_doubted(csv):
+    path, chart, _ = csv
+    recording, _ = read_recording(path, str(chart))
+    t = np.arange(0.0, 20.0, 0.01)
+    up = np.column_stack([t, 0.0 * t, np.clip(np.minimum(t, 20.0 - t) - 2.0, 0.0, 1.5)])
+    for sign, expected in ((1.0, []), (-1.0, ["position: 77 % of the time below where the flight begins and ends"])):
+        flown = recording._replace(signals={"position": Signal(t, up * [1.0, 1.0, sign], "xyz")})
+        assert [line.partition(":")[0] + ":" + line.split(":")[1] for line in doubts(flown)] == expected
+
+
+def test_what_nothing_can_speak_against_is_said(csv):
+    path, chart, _ = csv
+    recording, _ = read_recording(path, str(chart))
+    assert unchecked(recording) == []
+    few = {name: recording.signals[name] for name in ("position", "motors", "velocity")}
+    assert unchecked(recording._replace(signals=few)) == ["order of motors not checked: no body_rates"]
+
+
+def test_a_column_that_a_map_of_ones_own_names_and_the_log_lacks_is_refused(csv):
+    path, chart, _ = csv
+    chart.write_text(MAP.replace("[qw, qx", "[q_w, qx"), encoding="utf-8")
+    with pytest.raises(FlightLogError, match=r"map\.yaml: attitude: found no column 'q_w', expected qw"):
+        read_recording(path, str(chart))
+
+
 def test_a_quaternion_in_another_order_is_doubted_without_an_accelerometer_too(csv):
     path, chart, _ = csv
     content = yaml.safe_load(chart.read_text(encoding="utf-8"))
@@ -234,7 +259,7 @@ def test_a_damaged_file_is_read_up_to_its_damage_or_ends_in_one_line(path, seed,
         ("signals: {position: {columns: [a, b]}}", "position: found 2 columns, expected 3"),
         ("signals: {position: {columns: [a, b, c], unit: ft}}", "unit: found 'ft', expected one of"),
         ("rotors: h\nsignals: {}", "rotors: found 'h', expected one of x, plus"),
-        ("signals: {position: {columns: [a, b, c]}}", "the map finds none of its columns; the log has"),
+        ("signals: {position: {columns: [a, b, c]}}", "position: found no column 'a', expected"),
     ],
 )
 def test_a_bad_map_is_refused_by_key(text, problem, csv, tmp_path):

@@ -312,7 +312,7 @@ def _import(options: argparse.Namespace) -> int:
 
 def _print_imported(path: Path, map_name: str, out: Path) -> bool:
     """Make the bag ``out`` of a log of others and print what is in it; returns whether anything is doubtful."""
-    from quad_log_import.doubts import doubts
+    from quad_log_import.doubts import doubts, unchecked
     from quad_log_import.maps import read_recording
     from quad_log_import.write import write_recording
 
@@ -322,7 +322,8 @@ def _print_imported(path: Path, map_name: str, out: Path) -> bool:
     for item, (t, _, source) in recording.signals.items():
         rate = (len(t) - 1) / (t[-1] - t[0])
         print(f"{item}: {len(t)} samples, {t[-1] - t[0]:.1f} s, {rate:.1f} Hz, from {source}")
-    print("\n".join([*(f"note {note}" for note in recording.notes), *(f"doubt {doubt}" for doubt in found), str(out)]))
+    notes = [f"note {note}" for note in (*recording.notes, *unchecked(recording))]
+    print("\n".join([*notes, *(f"doubt {doubt}" for doubt in found), str(out)]))
     return bool(found)
 
 

@@ -80,10 +80,26 @@ def check(parameters: Parameters) -> None:
 
 
 def remarks(parameters: Parameters) -> list[str]:
-    """Return what is flown: the file, its rows, how far the path is from them."""
+    """Return what is flown: the file, its rows, how far the path is from them and from the lines between them."""
     rows = read_rows(parameters.path)
-    _, miss = fitted(rows, parameters.smoothing)
-    return [f"file {rows.name}: {len(rows.lines)} rows, path at most {1e3 * miss.max():.1f} mm from them"]
+    path, miss = fitted(rows, parameters.smoothing)
+    near = (
+        f"path at most {1e3 * miss.max():.1f} mm from them, {off_lines(rows, path):.3f} m from the lines between them"
+    )
+    return [f"file {rows.name}: {len(rows.lines)} rows, {near}"]
+
+
+def off_lines(rows: Rows, path: Table) -> float:
+    """Return the largest distance in m of the path from the straight line between the two rows around it."""
+    axes = axes_of(path[:, : FIRST_COEFFICIENT + 3 * COEFFICIENTS], SAMPLES)
+    times = (path[:, :1] + path[:, 1:2] * np.arange(SAMPLES + 1) / SAMPLES).ravel()
+    places = np.stack([np.ravel(axis.p) for axis in axes], axis=1)
+    given = np.stack([rows.columns[name] for name in "xyz"], axis=1)
+    at = np.clip(np.searchsorted(rows.columns["t"], times) - 1, 0, len(given) - 2)
+    line = given[at + 1] - given[at]
+    along_line = ((places - given[at]) * line).sum(axis=1) / np.maximum((line**2).sum(axis=1), 1e-12)
+    off = places - given[at] - np.clip(along_line, 0.0, 1.0)[:, None] * line
+    return float(np.linalg.norm(off, axis=1).max())
 
 
 def plan(parameters: Parameters, vehicle: Vehicle, start: VehicleState) -> Plan:

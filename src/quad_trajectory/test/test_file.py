@@ -133,4 +133,15 @@ def test_a_path_that_ends_at_rest_is_stayed_at_and_what_is_flown_is_said(tmp_pat
     parameters, plan = planned(path)
     assert file.duration(parameters, plan) == pytest.approx(4.0)
     (said,) = file.remarks(build(file.Parameters, {"path": path}))
-    assert re.fullmatch(rf"file {re.escape(path)}: 4 rows, path at most 0\.0 mm from them", said)
+    assert re.fullmatch(
+        rf"file {re.escape(path)}: 4 rows, path at most 0\.0 mm from them, 0\.000 m from the lines between them", said
+    )
+
+
+@pytest.mark.parametrize(("steps", "sagitta"), [(16, 3.0 * (1.0 - math.cos(math.pi / 16))), (400, 0.0)])
+def test_rows_too_far_apart_for_straight_legs_are_told(tmp_path, steps, sagitta):
+    """A circle of 3 m through so many rows: midway between two of them it is r (1 - cos(half the angle)) off."""
+    angle = np.linspace(0.0, 2.0 * math.pi, steps + 1)
+    rows = np.column_stack([2.0 * angle, 3.0 * np.cos(angle), 3.0 * np.sin(angle), 0.0 * angle + 2.0])
+    (said,) = file.remarks(build(file.Parameters, {"path": written(tmp_path / "circle.csv", rows.tolist())}))
+    assert float(re.search(r", ([\d.]+) m from the lines", said)[1]) == pytest.approx(sagitta, abs=0.01)
