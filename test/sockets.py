@@ -1,6 +1,7 @@
 """Where the UDP sockets of a process listen, and a port that is free."""
 
 import socket
+from contextlib import suppress
 from pathlib import Path
 
 LOOPBACK, GROUP = "127.0.0.1", "239.255.0.1"  # the group of DDS's discovery
@@ -15,7 +16,10 @@ def free_port():
 
 def udp_addresses(pid):
     """Return the addresses, with ports, to which the UDP sockets of a process are bound; those of IPv6 in hex."""
-    opened = {str(path.readlink()) for path in Path(f"/proc/{pid}/fd").iterdir() if path.is_symlink()}
+    opened = set()
+    for path in Path(f"/proc/{pid}/fd").iterdir():
+        with suppress(FileNotFoundError):  # the process closed it meanwhile
+            opened.add(str(path.readlink()))
     tables = [path for path in (Path(f"/proc/{pid}/net/udp"), Path(f"/proc/{pid}/net/udp6")) if path.exists()]
     rows = [line.split() for table in tables for line in table.read_text().splitlines()[1:]]
     mine = [row[1].split(":") for row in rows if f"socket:[{row[9]}]" in opened]
