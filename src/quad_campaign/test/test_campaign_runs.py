@@ -151,9 +151,11 @@ def test_a_campaign_that_was_killed_goes_on_and_ends_as_if_it_had_not(file, tmp_
     refused = subprocess.run(arguments(file, out), capture_output=True, text=True, check=False)
     assert refused.returncode == 2
     assert "--resume" in refused.stderr
-    other = subprocess.run(arguments(file, out, "--resume", "--part", "2"), capture_output=True, text=True, check=False)
-    assert other.returncode == 2
-    assert "part 2" in other.stderr
+    for flag, value in (("flights", "11"), ("part", "2")):
+        words = arguments(file, out, "--resume", f"--{flag}", value)
+        other = subprocess.run(words, capture_output=True, text=True, check=False)
+        assert other.returncode == 2
+        assert f"{flag} {value}" in other.stderr
     done = subprocess.run(arguments(file, out, "--resume"), capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     after = {path.name: path.read_bytes() for path in out.glob("parts/*.parquet")}

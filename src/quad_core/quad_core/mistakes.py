@@ -149,10 +149,10 @@ class Witness:
         while self._claims[0].time < claim.time - MEMORY:
             self._claims.popleft()
         pose, twist, wrench = (subtract(now, then) for now, then in zip(claim[1:], self._claims[0][1:], strict=True))
-        between = subtract(pose, twist)
-        self._nearer = KEPT * self._nearer + dot(subtract(wrench, twist), between)
+        between, unlike = subtract(pose, twist), subtract(wrench, twist)
+        self._nearer = KEPT * self._nearer + dot(unlike, between)
         self._apart = KEPT * self._apart + dot(between, between)
-        self._unlike = KEPT * self._unlike + dot(subtract(wrench, twist), subtract(wrench, twist))
+        self._unlike = KEPT * self._unlike + dot(unlike, unlike)
         return pose, wrench
 
     def changes(self, span: float, ago: float = 0.0) -> tuple[Vec3, Vec3]:
@@ -182,5 +182,5 @@ class Witness:
     @property
     def blames_pose(self) -> bool:
         """Whether the pose is wrong, where both differ."""
-        alike = abs(self._nearer) < POSE_IS_WRONG * self._apart and self._unlike < self._apart
-        return alike and self._apart > LEAST_APART
+        tells = self._apart > max(LEAST_APART, self._unlike)
+        return tells and abs(self._nearer) < POSE_IS_WRONG * self._apart

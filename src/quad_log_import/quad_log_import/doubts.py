@@ -32,22 +32,23 @@ def doubts(recording: Recording) -> list[str]:
 def unchecked(recording: Recording) -> list[str]:
     """Return what of the signals of a recording nothing can speak against, and the signals that this would take."""
     found = []
-    for (signal, what), (_, names) in _checks(recording).items():
-        if signal in recording.signals and (lacks := [name for name in names if name not in recording.signals]):
+    for what, (_, names) in _checks(recording).items():
+        if names[0] in recording.signals and (lacks := [name for name in names if name not in recording.signals]):
             found.append(f"{what} not checked: no {', no '.join(lacks)}")
     return found
 
 
-def _checks(recording: Recording) -> dict[tuple[str, str], tuple[Callable[..., list[str]], tuple[str, ...]]]:
+def _checks(recording: Recording) -> dict[str, tuple[Callable[..., list[str]], tuple[str, ...]]]:
+    """Return {what: (its check, the signals of it)}; the first signal is the one that is checked."""
     return {
-        ("specific_force", "gravity"): (_gravity, ("specific_force",)),
-        ("body_rates", "body_rates"): (_rates, ("body_rates", "attitude")),
-        ("position", "height"): (_height, ("position",)),
-        ("velocity", "velocity"): (_velocity, ("velocity", "position")),
-        ("specific_force", "specific_force"): (_force, ("specific_force", "velocity", "attitude")),
-        ("attitude", "attitude"): (_upright, ("attitude", "position")),
-        ("motors", "range of motors"): (_motor_range, ("motors",)),
-        ("motors", "order of motors"): (partial(_motor_order, recording.rotors), ("motors", "body_rates")),
+        "gravity": (_gravity, ("specific_force",)),
+        "body_rates": (_rates, ("body_rates", "attitude")),
+        "height": (_height, ("position",)),
+        "velocity": (_velocity, ("velocity", "position")),
+        "specific_force": (_force, ("specific_force", "velocity", "attitude")),
+        "attitude": (_upright, ("attitude", "position")),
+        "range of motors": (_motor_range, ("motors",)),
+        "order of motors": (partial(_motor_order, recording.rotors), ("motors", "body_rates")),
     }
 
 

@@ -172,8 +172,8 @@ class OdometryRelay:
                 return
             node.events.warn(kind, text, stamp)
         if found is None:
-            stands = bool(self.estimator.stall) and seconds(self.estimator.good_step, period) < _BEGINS
-            if stands and not node.lockstep and now - self._accepted_at > _BEGINS:
+            begins = not node.lockstep and seconds(self.estimator.good_step, period) < _BEGINS
+            if begins and self.estimator.stall and now - self._accepted_at > _BEGINS:
                 self._silent()
             return
         passed, self._accepted_at = now - self._accepted_at, now
