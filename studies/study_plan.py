@@ -10,7 +10,8 @@ import yaml
 
 from quad_core.cascade import VEHICLE_INTERFACES
 from quad_core.parameter_files import StrictLoader, read_parameter_file
-from quad_core.parameters import ParameterError, Real, Value
+from quad_core.parameters import ParameterError, Real, Value, nearest
+from quad_core.plugins import PluginError
 from quad_core.resolution import resolve
 from quad_flight import set_up
 from quad_flight.flight import Flight, flight_from_parameters
@@ -135,7 +136,7 @@ def read_plan(path: Path) -> StudyPlan:
     try:
         plan = _plan(path, content)
         _check(plan)
-    except ParameterError as error:
+    except (ParameterError, PluginError) as error:
         raise ParameterError(f"{path}: {error}") from error
     return plan
 
@@ -291,7 +292,10 @@ def _controller(name: str, body: Any, parts: Any) -> Controller:
         for node, values in (part.get("fixed") or {}).items():
             if node not in laws:
                 raise ParameterError(f"{there}.fixed.{node}: expected one of {', '.join(laws)}")
-            fixed.setdefault(node, {}).update({_full_name(laws[node], key): value for key, value in values.items()})
+            for key, value in values.items():
+                full = _full_name(laws[node], key)
+                _spec(f"{there}.fixed.{node}.{key}", node, laws[node], full)
+                fixed.setdefault(node, {})[full] = value
         for key, knob in (part.get("knobs") or {}).items():
             knobs[str(key)] = _knob(f"{there}.knobs.{key}", str(key), laws, knob)
     return Controller(
@@ -314,11 +318,18 @@ def _full_name(law: str, key: str) -> str:
     return key if key.startswith("prediction.") else f"{law}.{key}"
 
 
+def _spec(place: str, node: str, law: str, name: str) -> Any:
+    """Return what a parameter of a node with this law may be. Raises ParameterError, with the place, if it has none."""
+    known = {field.name: field.spec for field in resolve(node, {"law": law}).all_fields()}
+    if name not in known:
+        raise ParameterError(f"{place}: found {name}, which law {law} does not have{nearest(name, list(known))}")
+    return known[name]
+
+
 def _bounded(place: str, knob: Knob, law: str) -> Knob:
     """Return ``knob`` with bounds that are not given taken from its parameters; they must lie within theirs."""
-    known = {field.name: field.spec for field in resolve(knob.node, {"law": law}).all_fields()}
     for name in knob.parameters:
-        spec = known.get(name)
+        spec = _spec(place, knob.node, law, name)
         if not isinstance(spec, Real):
             raise ParameterError(f"{place}: found {name}, expected a real parameter of {knob.node}")
         low = spec.low if knob.low != knob.low else knob.low

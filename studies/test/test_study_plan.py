@@ -67,11 +67,14 @@ def test_a_plan_is_read_with_bounds_from_the_parameters(tmp_path):
         (lambda c: c.pop("study"), "small.yaml: top: .*expected the keys"),
         (lambda c: c["tuning"].update(trails=3), "tuning: found .*trails"),
         (lambda c: c["tuning"]["seeds"].append(100), "tuning.seeds: found 100"),
-        (lambda c: c["controllers"]["mine"].update(position="kite"), "kite"),
+        (lambda c: c["controllers"]["mine"].update(position="kite"), r"small.yaml: law: .*'kite'"),
         (lambda c: c["controllers"]["mine"].update(fixed={"recorder": {}}), "fixed.recorder"),
         (lambda c: c["controllers"]["mine"]["knobs"]["p"].update(high=1e9), r"knobs.p: found \[1.0, 1000000000.0\]"),
         (lambda c: c["controllers"]["mine"]["knobs"]["p"].update(low=5.0), r"found \[5.0, 4.0\]"),
-        (lambda c: c["controllers"]["mine"]["knobs"]["p"].update(parameters=["xy.speed"]), "pid.xy.speed"),
+        (
+            lambda c: c["controllers"]["mine"]["knobs"]["p"].update(parameters=["xy.speed"]),
+            "knobs.p: found pid.xy.speed",
+        ),
         (
             lambda c: c["controllers"]["mine"]["knobs"]["p"].update(node="trajectory"),
             "knobs.p.node: found 'trajectory'",
@@ -83,6 +86,25 @@ def test_what_does_not_fit_is_refused_by_name(tmp_path, change, message):
     plan_content = content()
     change(plan_content)
     with pytest.raises((ParameterError, plugins.PluginError), match=message):
+        read(tmp_path, plan_content)
+
+
+@pytest.mark.parametrize(
+    ("node", "key", "message"),
+    [
+        (
+            "position_controller",
+            "feed_forwrd",
+            r"parts.help.fixed.position_controller.feed_forwrd: found pid.feed_forwrd",
+        ),
+        ("attitude_controller", "prediction.enable", r"found prediction.enable, .*did you mean prediction.enabled"),
+    ],
+)
+def test_a_wrong_parameter_is_named_with_its_part(tmp_path, node, key, message):
+    plan_content = content()
+    plan_content["parts"] = {"help": {"fixed": {node: {key: True}}}}
+    plan_content["controllers"]["mine"]["parts"] = ["help"]
+    with pytest.raises(ParameterError, match=message):
         read(tmp_path, plan_content)
 
 
