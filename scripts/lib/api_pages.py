@@ -13,6 +13,8 @@ HEAD = (
 )
 PUBLIC = {
     "Fly": ("quad_flight.flight", ("from_names", "fly", "Flight", "Result")),
+    "What a flight may be asked": ("quad_flight.set_up", ("Request",)),
+    "What a flight is scored by": ("quad_flight.score", ("Score",)),
     "Fly many": ("quad_flight.many", ("sweep", "run_many")),
     "Read a bag": ("quad_flight_log.reader", ("open_flight", "Flight")),
     "Judge a bag": ("quad_analysis.metrics", ("flight_metrics", "FlightMetrics")),
@@ -34,14 +36,13 @@ def page() -> str:
 def entry(thing: Any, name: str) -> Iterator[str]:
     """Yield the paragraphs of a function, a record or a class."""
     yield f"### {name}"
-    fields = getattr(thing, "_fields", ())
-    if inspect.isclass(thing) and not fields:
+    if inspect.isclass(thing):
         yield text(thing)
+        if fields := getattr(thing, "_fields", ()):
+            yield f"Fields: {', '.join(f'`{field}`' for field in fields)}."
         methods = [(n, m) for n, m in vars(thing).items() if not n.startswith("_") and is_documented(m)]
-        yield "\n".join(f"- `{n}{signature(m)}`: {text(m).splitlines()[0]}" for n, m in methods)
-    elif inspect.isclass(thing):
-        yield text(thing)
-        yield f"Fields: {', '.join(f'`{field}`' for field in fields)}."
+        if methods:
+            yield "\n".join(f"- `{n}{signature(m)}`: {summary(m)}" for n, m in methods)
     else:
         yield f"```python\n{name}{signature(thing)}\n```"
         yield text(thing)
@@ -59,6 +60,11 @@ def signature(thing: Any) -> str:
     written = str(inspect.signature(thing)).replace("(self, ", "(").replace("(self)", "()")
     written = re.sub(r"<function .*? at 0x\w+>", "...", written)
     return re.sub(r"(?:[a-z_]+\.)+(?=[A-Z])", "", written).replace("~", "")
+
+
+def summary(thing: object) -> str:
+    """Return the first paragraph of a docstring as one line of Markdown."""
+    return " ".join(text(thing).partition("\n\n")[0].split())
 
 
 def text(thing: object) -> str:

@@ -22,7 +22,7 @@ _WINDS, _WIND, _FELT = {"wind", "gust", "dryden"}, 10.0, 0.05  # kinds of events
 
 
 class Request(NamedTuple):
-    """What a flight is asked to be; None leaves the choice to the files and the defaults."""
+    """What a flight is asked to be, as by the options of ``scripts/fly``; None leaves it to files and defaults."""
 
     case: str
     preset: str = "tuned"
