@@ -1,4 +1,4 @@
-"""Many flights of one campaign, without logs, on all cores or a Dask cluster: a row of figures for each.
+"""Many flights of one campaign, without logs, on all cores or a Dask cluster: a row of measures for each.
 
 The directory has parts that appear whole or not at all, so that a killed campaign can go on.
 """
@@ -16,7 +16,7 @@ from quad_campaign.definition import Definition, base_flight, drawn
 from quad_core.parameters import ParameterError, Value
 from quad_flight.flight import Flight, Result, fly
 from quad_flight.many import run_many
-from quad_flight.score import FIGURES
+from quad_flight.score import MEASURES
 from quad_flight.set_up import is_late
 from quad_flight.variation import Variation
 
@@ -121,19 +121,19 @@ def fly_numbers(batch: Batch, numbers: Iterable[int], *, compiled: bool = True) 
 
 
 def row(definition: Definition, number: int, values: dict[str, Value], result: Result) -> dict[str, Any]:
-    """Return {column: value}: ``flight``, the parameters, ``outcome``, ``reason`` of a refusal, figures, ``success``.
+    """Return {column: value}: ``flight``, the parameters, ``outcome``, ``reason`` of a refusal, measures, ``success``.
 
-    Success: it ended and every figure named by the campaign's ``success`` is at most its limit.
+    Success: it ended and every measure named by the campaign's ``success`` is at most its limit.
     """
-    figures = {name: figure.of(result.score) for name, figure in FIGURES.items()}
-    good = result.outcome == ENDED and all(figures[name] <= limit for name, limit in definition.success.items())
+    measures = {name: measure.of(result.score) for name, measure in MEASURES.items()}
+    good = result.outcome == ENDED and all(measures[name] <= limit for name, limit in definition.success.items())
     return {
         "flight": number,
         **values,
         "outcome": result.outcome,
         "reason": result.reason,
         "steps": result.steps,
-        **figures,
+        **measures,
         "success": good,
     }
 

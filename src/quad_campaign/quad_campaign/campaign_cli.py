@@ -18,7 +18,7 @@ from quad_core.command_line import Parser, open_streams
 from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
 from quad_flight.engine import EngineError, source_hash
-from quad_flight.score import FIGURES
+from quad_flight.score import MEASURES
 from quad_flight_log.errors import FlightLogError
 from quad_report.page import write_page
 
@@ -103,8 +103,8 @@ def _refly(definition: Definition, options: argparse.Namespace) -> int:
     _, values = flight_of(prepared(definition), options.refly)
     words = command(definition, values) + (["--out", str(options.out)] if options.out else [])
     # what a success is, is said by the campaign, not by the case
-    for figure, limit in definition.success.items():
-        words += ["--limits", f"{FIGURES[figure].metric}={limit:g}"]
+    for measure, limit in definition.success.items():
+        words += ["--limits", f"{MEASURES[measure].metric}={limit:g}"]
     sys.stdout.write(shlex.join(["scripts/fly", *words]) + "\n")
     sys.stdout.flush()
     return fly(words)

@@ -9,7 +9,7 @@ import pandas as pd
 from quad_campaign.definition import Definition, command
 from quad_campaign.statistics import Pairs, influences
 from quad_core.parameters import Value
-from quad_flight.score import FIGURES
+from quad_flight.score import MEASURES
 from quad_flight.variation import SEED, Variation
 from quad_report.figures import Figure, Line, Panel
 from quad_report.page import Page, folded, heading, table, verbatim
@@ -40,8 +40,8 @@ def success(frame: pd.DataFrame) -> Success:
 
 
 def quantiles(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the quantiles of each figure over the flights that ended; NaN if none did."""
-    return frame[frame["outcome"] == "ended"][list(FIGURES)].quantile(list(QUANTILES))
+    """Return the quantiles of each measure over the flights that ended; NaN if none did."""
+    return frame[frame["outcome"] == "ended"][list(MEASURES)].quantile(list(QUANTILES))
 
 
 def worst(frame: pd.DataFrame, count: int = _WORST) -> pd.DataFrame:
@@ -76,7 +76,7 @@ def page(
         [str(q), *(f"{value:.4g}" for value in row)]
         for q, row in zip(QUANTILES, quantiles(frame).to_numpy(), strict=True)
     ]
-    head = ["share of the flights", *(f"{name} [{figure.unit}]" for name, figure in FIGURES.items())]
+    head = ["share of the flights", *(f"{name} [{measure.unit}]" for name, measure in MEASURES.items())]
     cases = [
         [str(row["flight"]), row["outcome"], f"{row['rmse']:.4g}", _refly(definition, row)]
         for row in worst(frame).to_dict("records")

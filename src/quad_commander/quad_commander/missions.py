@@ -52,7 +52,7 @@ class MissionMemory(NamedTuple):
     waited: float = 0.0
 
 
-MODES = {
+FLOWN_IN = {
     Request.TAKEOFF: Mode.TAKEOFF,
     Request.MISSION: Mode.MISSION,
     Request.HOLD: Mode.HOLD,
@@ -142,7 +142,7 @@ def next_request(
     if memory.item >= len(mission):
         return Request.NONE, memory
     item = mission[memory.item]
-    is_there = mode == MODES[item.request] and (item.request != Request.GOTO or place == item.place)
+    is_there = mode == FLOWN_IN[item.request] and (item.request != Request.GOTO or place == item.place)
     is_over = memory.began and mode == Mode.HOLD and reason == DONE_BY.get(item.request)
     if is_there:
         lasted = item.request == Request.HOLD and memory.time + dt >= item.value

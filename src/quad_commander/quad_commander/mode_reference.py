@@ -32,7 +32,7 @@ class Act(Enum):
     HAND_OVER = "the reference goes over to the mission's"
 
 
-class Row(NamedTuple):
+class ActRow(NamedTuple):
     """Where an act begins; an empty ``before`` is the mode itself, None means both."""
 
     before: Iterable[Mode]
@@ -45,15 +45,15 @@ class Row(NamedTuple):
 SAME: Iterable[Mode] = ()
 UNFOLLOWED = tuple(mode for mode in Mode if mode not in (*ON_GROUND, *BY_REFERENCE))
 ROWS = (
-    Row(SAME, ON_GROUND, None, None, Act.CARRY_ON),
-    Row(Mode, ON_GROUND, None, None, Act.FROM_STATE),
-    Row(SAME, Mode, None, True, Act.CARRY_ON),
-    Row(Mode, (Mode.TAKEOFF,), None, None, Act.RISE),
-    Row(Mode, (Mode.MISSION,), None, None, Act.HAND_OVER),
-    Row(Mode, Mode, None, False, Act.FROM_STATE),
-    Row((*ON_GROUND, *UNFOLLOWED), Mode, None, True, Act.FROM_STATE),
-    Row((Mode.TAKEOFF,), (Mode.LAND,), True, True, Act.FROM_STATE),
-    Row(Mode, Mode, None, True, Act.STOP),
+    ActRow(SAME, ON_GROUND, None, None, Act.CARRY_ON),
+    ActRow(Mode, ON_GROUND, None, None, Act.FROM_STATE),
+    ActRow(SAME, Mode, None, True, Act.CARRY_ON),
+    ActRow(Mode, (Mode.TAKEOFF,), None, None, Act.RISE),
+    ActRow(Mode, (Mode.MISSION,), None, None, Act.HAND_OVER),
+    ActRow(Mode, Mode, None, False, Act.FROM_STATE),
+    ActRow((*ON_GROUND, *UNFOLLOWED), Mode, None, True, Act.FROM_STATE),
+    ActRow((Mode.TAKEOFF,), (Mode.LAND,), True, True, Act.FROM_STATE),
+    ActRow(Mode, Mode, None, True, Act.STOP),
 )
 """The first row that fits counts."""
 

@@ -40,7 +40,7 @@ class Condition(IntEnum):
     CONTACT = 23
 
 
-class Row(NamedTuple):
+class Fault(NamedTuple):
     """One condition: the limit in words, the mode that follows in the air, whether it lasts until disarmed.
 
     ``text`` may name parameters in braces. ``only``: the modes in which it means anything; empty: all in the air.
@@ -93,23 +93,25 @@ _STALE = "attitude setpoint older than {setpoint_lost:g} s"
 _LOST = "mission reference older than {reference_lost:g} s, also while holding for it"
 
 FAULTS = (
-    Row(Condition.REFERENCE_LATE, _LATE, Mode.HOLD, (Mode.MISSION,), False, Mode.ARMING, TRAJECTORY),
-    Row(Condition.REFERENCE_LOST, _LOST, Mode.LAND, (Mode.MISSION, Mode.HOLD), False, Mode.ARMING, TRAJECTORY),
-    Row(Condition.SETPOINT_LOST, _STALE, Mode.DESCEND, BY_REFERENCE, publisher=POSITION),
-    Row(Condition.STATE_LOST, "state older than {state_lost:g} s", Mode.DESCEND),
-    Row(Condition.STATE_REFUSED, "many states refused, position good", Mode.LAND),
-    Row(Condition.POSITION_LOST, "position cannot be trusted", Mode.DESCEND),
-    Row(Condition.POSITION_ERROR, "position error above {position_error:g} m", Mode.LAND, BY_REFERENCE),
-    Row(Condition.LARGE_POSITION_ERROR, "position error above {large_position_error:g} m", Mode.DESCEND, BY_REFERENCE),
-    Row(Condition.FENCE, "outside the fence", Mode.LAND),
-    Row(Condition.BATTERY_LOW, "battery below {battery_low:.0%}", Mode.LAND, lasts=True),
-    Row(Condition.ESTIMATOR_RESET, "estimator reset", Mode.HOLD),
-    Row(Condition.OVERRUNS, "more than {overruns:.0%} of the commander's cycles of a second late", Mode.HOLD),
-    Row(Condition.RECORDER_LOST, "recorder lost, and asked to land then", Mode.LAND),
-    Row(Condition.GUARD_DESCENDS, "the guard flies its backup law", Mode.DESCEND),
-    Row(Condition.GUARD_KILLED, "guard stopped the motors", Mode.KILL, on_ground=Mode.KILL),
-    Row(Condition.PILOT_TOOK_OVER, "a pilot took over", Mode.PILOT, on_ground=Mode.PILOT),
-    Row(Condition.END_ASKED, "Ctrl-C, SIGTERM, or whoever started the flight is gone", Mode.LAND, lasts=True),
+    Fault(Condition.REFERENCE_LATE, _LATE, Mode.HOLD, (Mode.MISSION,), False, Mode.ARMING, TRAJECTORY),
+    Fault(Condition.REFERENCE_LOST, _LOST, Mode.LAND, (Mode.MISSION, Mode.HOLD), False, Mode.ARMING, TRAJECTORY),
+    Fault(Condition.SETPOINT_LOST, _STALE, Mode.DESCEND, BY_REFERENCE, publisher=POSITION),
+    Fault(Condition.STATE_LOST, "state older than {state_lost:g} s", Mode.DESCEND),
+    Fault(Condition.STATE_REFUSED, "many states refused, position good", Mode.LAND),
+    Fault(Condition.POSITION_LOST, "position cannot be trusted", Mode.DESCEND),
+    Fault(Condition.POSITION_ERROR, "position error above {position_error:g} m", Mode.LAND, BY_REFERENCE),
+    Fault(
+        Condition.LARGE_POSITION_ERROR, "position error above {large_position_error:g} m", Mode.DESCEND, BY_REFERENCE
+    ),
+    Fault(Condition.FENCE, "outside the fence", Mode.LAND),
+    Fault(Condition.BATTERY_LOW, "battery below {battery_low:.0%}", Mode.LAND, lasts=True),
+    Fault(Condition.ESTIMATOR_RESET, "estimator reset", Mode.HOLD),
+    Fault(Condition.OVERRUNS, "more than {overruns:.0%} of the commander's cycles of a second late", Mode.HOLD),
+    Fault(Condition.RECORDER_LOST, "recorder lost, and asked to land then", Mode.LAND),
+    Fault(Condition.GUARD_DESCENDS, "the guard flies its backup law", Mode.DESCEND),
+    Fault(Condition.GUARD_KILLED, "guard stopped the motors", Mode.KILL, on_ground=Mode.KILL),
+    Fault(Condition.PILOT_TOOK_OVER, "a pilot took over", Mode.PILOT, on_ground=Mode.PILOT),
+    Fault(Condition.END_ASKED, "Ctrl-C, SIGTERM, or whoever started the flight is gone", Mode.LAND, lasts=True),
 )
 """What is wrong. The more severe mode wins; none leads to a less severe one."""
 

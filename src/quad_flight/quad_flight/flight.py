@@ -16,7 +16,7 @@ from quad_dynamics.simulated_vehicle import RandomStreams, link_init
 from quad_flight import loop, rows
 from quad_flight.engine import Engine, EngineError, Modules, compiled_engine, explain, python_engine, signs_of_life
 from quad_flight.loop import LoopState, Schedule, Setup, Start, take_off
-from quad_flight.score import FIGURES, NOTHING_SCORED, Score
+from quad_flight.score import MEASURES, NOTHING_SCORED, Score
 from quad_flight.set_up import Request, resolve_flight
 from quad_flight.stages import PerStage, Signals
 from quad_guard.ending import described, has_ground, stands
@@ -67,7 +67,7 @@ class Result(NamedTuple):
     @property
     def rmse(self) -> float:
         """Root mean square distance from the reference in m over the counted steps; NaN if none was counted."""
-        return FIGURES["rmse"].of(self.score)
+        return MEASURES["rmse"].of(self.score)
 
     def __repr__(self) -> str:
         """Return the text form, without the arrays, which would flood a terminal."""

@@ -1,6 +1,6 @@
 """How well a flight was flown, counted while it flies: what unlogged flights and campaigns show.
 
-A new figure is a row of ``FIGURES``, with what it needs in ``Score`` and in the two functions that add to it.
+A new measure is a row of ``MEASURES``, with what it needs in ``Score`` and in the two functions that add to it.
 """
 
 import math
@@ -48,7 +48,7 @@ def with_torque_change(score: Score, before: Vec3, now: Vec3) -> Score:
     )
 
 
-class Figure(NamedTuple):
+class Measure(NamedTuple):
     """A number of a flight: of its ``Score``, its unit, and the metric of a logged flight that is the same."""
 
     of: Callable[[Score], float]
@@ -56,14 +56,14 @@ class Figure(NamedTuple):
     metric: str
 
 
-FIGURES = {
-    "rmse": Figure(
+MEASURES = {
+    "rmse": Measure(
         lambda score: math.sqrt(score.squared_error / score.samples) if score.samples else math.nan,
         "m",
         "position_rmse",
     ),
-    "largest_error": Figure(lambda score: score.largest_error, "m", "position_max"),
-    "last_error": Figure(lambda score: score.last_error, "m", "position_final"),
-    "torque_variation": Figure(lambda score: score.torque_variation, "N m", "torque_total_variation"),
+    "largest_error": Measure(lambda score: score.largest_error, "m", "position_max"),
+    "last_error": Measure(lambda score: score.last_error, "m", "position_final"),
+    "torque_variation": Measure(lambda score: score.torque_variation, "N m", "torque_total_variation"),
 }
-"""{name in a campaign: figure}."""
+"""{name in a campaign: measure}."""

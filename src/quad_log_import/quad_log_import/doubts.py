@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from quad_core.vehicle import ARRANGEMENTS
-from quad_log_import.maps import Floats, Recording, Signal, interpolated, turning
+from quad_log_import.maps import Floats, Recording, Series, interpolated, turning
 
 GRAVITY = 9.81
 STEEPEST = 30.0  # deg between body z and thrust as the median of a flight: more is another frame or order
@@ -52,7 +52,7 @@ def _checks(recording: Recording) -> dict[str, tuple[Callable[..., list[str]], t
     }
 
 
-def _clock(name: str, signal: Signal) -> list[str]:
+def _clock(name: str, signal: Series) -> list[str]:
     steps = np.diff(signal.t)
     usual = float(np.median(steps))
     longest = float(steps.max())
@@ -65,7 +65,7 @@ def _clock(name: str, signal: Signal) -> list[str]:
     return found
 
 
-def _gravity(force: Signal) -> list[str]:
+def _gravity(force: Series) -> list[str]:
     mean = force.values.mean(axis=0)
     size = float(np.median(np.linalg.norm(force.values, axis=1)))
     if not 0.7 * GRAVITY < size < 1.5 * GRAVITY:
@@ -77,7 +77,7 @@ def _gravity(force: Signal) -> list[str]:
     return []
 
 
-def _height(position: Signal) -> list[str]:
+def _height(position: Series) -> list[str]:
     """Return a doubt where a flight is below the height at which it begins and ends."""
     up = position.values[:, 2] - position.values[0, 2]
     below = float((up < -LEAST_HEIGHT).mean())
@@ -86,28 +86,28 @@ def _height(position: Signal) -> list[str]:
     return [f"position: {100.0 * below:.0f} % of the time below where the flight begins and ends: z down (ned)?"]
 
 
-def _derivative(signal: Signal, t: Floats, span: float = 0.1) -> Floats:
+def _derivative(signal: Series, t: Floats, span: float = 0.1) -> Floats:
     before, after = (interpolated(signal.t, signal.values, t + s * span) for s in (-0.5, 0.5))
     return (after - before) / span
 
 
-def _both(one: Signal, other: Signal) -> Floats:
+def _both(one: Series, other: Series) -> Floats:
     begin, end = max(one.t[0], other.t[0]) + 1.0, min(one.t[-1], other.t[-1]) - 1.0
     return np.arange(begin, end, max(0.05, (end - begin) / MOST)) if end > begin + 3.0 else np.zeros(0)
 
 
-def _rates(rates: Signal, attitude: Signal) -> list[str]:
+def _rates(rates: Series, attitude: Series) -> list[str]:
     t = _both(rates, attitude)
     body = interpolated(attitude.t, turning(attitude.t, attitude.values), t)
     world = {"in the world frame": _level(attitude, t).apply(body)}
     return _compared("body_rates", "the change of attitude", rates, t, body, world)
 
 
-def _level(attitude: Signal, t: Floats) -> Rotation:
+def _level(attitude: Series, t: Floats) -> Rotation:
     return Slerp(attitude.t, Rotation.from_quat(attitude.values))(t)
 
 
-def _upright(attitude: Signal, position: Signal) -> list[str]:
+def _upright(attitude: Series, position: Series) -> list[str]:
     """Return a doubt where body z is not along the thrust that the motion needs, as the median of the flight."""
     t = _both(position, attitude)
     if not len(t):
@@ -130,14 +130,14 @@ def _upright(attitude: Signal, position: Signal) -> list[str]:
     ]
 
 
-def _velocity(velocity: Signal, position: Signal) -> list[str]:
+def _velocity(velocity: Series, position: Series) -> list[str]:
     t = _both(velocity, position)
     change = _derivative(position, t)
     others = {"in NED": change[:, [1, 0, 2]] * np.array([1.0, 1.0, -1.0])}
     return _compared("velocity", "the change of position", velocity, t, change, others)
 
 
-def _force(force: Signal, velocity: Signal, attitude: Signal) -> list[str]:
+def _force(force: Series, velocity: Series, attitude: Series) -> list[str]:
     t = _both(force, velocity)
     t = t[(t > attitude.t[0]) & (t < attitude.t[-1])]
     needed = _level(attitude, t).apply(_derivative(velocity, t) + np.array([0.0, 0.0, GRAVITY]), inverse=True)
@@ -150,7 +150,7 @@ def _fit(one: Floats, other: Floats) -> float:
 
 
 def _compared(
-    name: str, against: str, signal: Signal, t: Floats, expected: Floats, others: dict[str, Floats], still: float = 0.1
+    name: str, against: str, signal: Series, t: Floats, expected: Floats, others: dict[str, Floats], still: float = 0.1
 ) -> list[str]:
     """Return doubts where 0.1 s of ``signal`` and ``expected``, both at ``t``, differ in size or sign.
 
@@ -182,13 +182,13 @@ def _compared(
     return out
 
 
-def _motor_range(motors: Signal) -> list[str]:
+def _motor_range(motors: Series) -> list[str]:
     low, high = motors.values.min(), motors.values.max()
     asked = f"expected commands in 0..1: which unit is {motors.source}?"
     return [] if low >= -0.001 and high <= 1.001 else [f"motors: found {low:.4g} to {high:.4g}, {asked}"]
 
 
-def _motor_order(rotors: str, motors: Signal, rates: Signal) -> list[str]:
+def _motor_order(rotors: str, motors: Series, rates: Series) -> list[str]:
     t = _both(motors, rates)
     fast = min(len(motors.t) / np.ptp(motors.t), len(rates.t) / np.ptp(rates.t))
     if not len(t) or fast < 45.0:

@@ -78,7 +78,7 @@ _FROM_NED = np.array([0.5**0.5, 0.5**0.5, 0.0, 0.0])  # x y z w: turns north-eas
 _FROM_FRD = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-class Signal(NamedTuple):
+class Series(NamedTuple):
     """One signal: times s, shape (n,), values (n, width), and the column from which each came, in words."""
 
     t: Floats
@@ -92,7 +92,7 @@ class Recording(NamedTuple):
     A row of ``reference_position`` that is no number says that there is no set point. ``curve``: see the map.
     """
 
-    signals: dict[str, Signal]
+    signals: dict[str, Series]
     rotors: str
     notes: list[str]
     curve: float = 1.0
@@ -210,7 +210,7 @@ def mapped(tables: Tables, content: Mapping[str, Any], notes: list[str]) -> Reco
     return Recording(moved, str(content.get("rotors", "x")), notes, content.get("curve", 1.0))
 
 
-def _signal(name: str, table: Table, entry: Mapping[str, Any], content: Mapping[str, Any]) -> Signal:
+def _signal(name: str, table: Table, entry: Mapping[str, Any], content: Mapping[str, Any]) -> Series:
     time = {**content.get("time", {}), **entry.get("time", {})}
     t = table["t"] if "column" not in time or time["column"] not in table else table[time["column"]]
     t = np.asarray(t, float) * UNITS[time.get("unit", "") if time.get("unit") != "s" else ""]
@@ -236,7 +236,7 @@ def _signal(name: str, table: Table, entry: Mapping[str, Any], content: Mapping[
     source, t, values = f"{entry.get('table', '')} {', '.join(entry['columns'])}".strip(), t[good], values[good]
     if order := entry.get("derivative"):
         values, source = derivative(t, values, order), f"derivative {order} of {source}"
-    return Signal(t, values, source)
+    return Series(t, values, source)
 
 
 def derivative(t: Floats, values: Floats, order: int) -> Floats:

@@ -27,7 +27,7 @@ from quad_core.types import VehicleState
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.notes import CURVE, ROTORS
 from quad_flight_log.writer import BagWriter, Definition
-from quad_log_import.maps import MOVES, Recording, Signal, derivative, has_both_sides, interpolated, span_of, turning
+from quad_log_import.maps import MOVES, Recording, Series, derivative, has_both_sides, interpolated, span_of, turning
 
 Floats = NDArray[np.float64]
 _ACTUATORS = "std_msgs/Header header\nfloat64[] position\nfloat64[] velocity\nfloat64[] normalized\n"
@@ -108,7 +108,7 @@ def _messages(recording: Recording) -> list[tuple[int, str, Any]]:
     return out + states + _references(signals, np.array([each[0] for each in states]))
 
 
-def _rows(signal: Signal | None) -> list[tuple[int, list[float]]]:
+def _rows(signal: Series | None) -> list[tuple[int, list[float]]]:
     return (
         []
         if signal is None
@@ -124,7 +124,7 @@ def _time(ns: int) -> Any:
     return _store().types["builtin_interfaces/msg/Time"](sec=ns // 10**9, nanosec=ns % 10**9)
 
 
-def _imu(force: Signal | None, rates: Signal | None) -> list[tuple[int, Any]]:
+def _imu(force: Series | None, rates: Series | None) -> list[tuple[int, Any]]:
     types, none = _store().types, np.array([_UNKNOWN, *[0.0] * 8])
     vector, known = types["geometry_msgs/msg/Vector3"], np.zeros(9)
     forces, turns = dict(_rows(force)), dict(_rows(rates))
@@ -178,13 +178,13 @@ def _states(recording: Recording) -> list[tuple[int, str, Any]]:
     return out
 
 
-def _inner(signal: Signal) -> Signal:
+def _inner(signal: Series) -> Series:
     """Return a change without the ends, where there is none."""
     inside = has_both_sides(signal.t, span_of(signal.t))
-    return Signal(signal.t[inside], signal.values[inside], signal.source)
+    return Series(signal.t[inside], signal.values[inside], signal.source)
 
 
-def _references(signals: Mapping[str, Signal], ns: NDArray[np.int64]) -> list[tuple[int, str, Any]]:
+def _references(signals: Mapping[str, Series], ns: NDArray[np.int64]) -> list[tuple[int, str, Any]]:
     """Return set points at the times ``ns`` of the states, each the last one before; none where that is too old."""
     place = signals.get("reference_position")
     if place is None or not len(ns):
@@ -205,12 +205,12 @@ def _references(signals: Mapping[str, Signal], ns: NDArray[np.int64]) -> list[tu
     return out
 
 
-def _last(signal: Signal, t: Floats) -> Any:
+def _last(signal: Series, t: Floats) -> Any:
     """Return for each time the row that holds then, -1 before the first."""
     return np.searchsorted(signal.t, t + 1e-9, side="right") - 1
 
 
-def _held(signal: Signal | None, t: Floats) -> Floats:
+def _held(signal: Series | None, t: Floats) -> Floats:
     """Return the rows of ``signal`` that hold at ``t``, zeros before the first and without a signal."""
     if signal is None:
         return np.zeros((len(t), 3))

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.reader import open_flight
 from quad_log_import.doubts import doubts, unchecked
-from quad_log_import.maps import Recording, Signal, load_map, mapped, read_recording
+from quad_log_import.maps import Recording, Series, load_map, mapped, read_recording
 from quad_log_import.tables import read_tables
 from quad_report.cli import main
 
@@ -150,7 +150,7 @@ def test_a_flight_below_its_beginning_and_end_is_doubted(csv):
     t = np.arange(0.0, 20.0, 0.01)
     up = np.column_stack([t, 0.0 * t, np.clip(np.minimum(t, 20.0 - t) - 2.0, 0.0, 1.5)])
     for sign, expected in ((1.0, []), (-1.0, ["position: 77 % of the time below where the flight begins and ends"])):
-        flown = recording._replace(signals={"position": Signal(t, up * [1.0, 1.0, sign], "xyz")})
+        flown = recording._replace(signals={"position": Series(t, up * [1.0, 1.0, sign], "xyz")})
         assert [line.partition(":")[0] + ":" + line.split(":")[1] for line in doubts(flown)] == expected
 
 
@@ -191,7 +191,7 @@ def test_motors_in_another_order_than_the_map_says_are_named():
     motors = 0.5 + np.cumsum(0.01 * rng.standard_normal((len(t), 4)), axis=0) % 0.2
     torque = (motors - motors.mean(axis=0)) @ np.array([(-1, -1, 1, 1), (-1, 1, 1, -1), (-1, 1, -1, 1)]).T  # Crazyflie
     rates = np.cumsum(50.0 * torque * 0.01, axis=0)
-    signals = {"motors": Signal(t, motors, "m"), "body_rates": Signal(t, rates, "g")}
+    signals = {"motors": Series(t, motors, "m"), "body_rates": Series(t, rates, "g")}
     assert not [line for line in doubts(Recording(signals, "crazyflie", [])) if "order" in line]
     assert "order 'crazyflie'" in "".join(doubts(Recording(signals, "x", [])))
 
