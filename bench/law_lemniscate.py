@@ -10,6 +10,7 @@ Examples:
   python bench/law_lemniscate.py
   python bench/law_lemniscate.py --steep --seeds 1
   python bench/law_lemniscate.py --pair nmpc
+  python bench/law_lemniscate.py --pair se3+se3 --source led --speed 20 --half-width 20 --vehicle x500
   python bench/law_lemniscate.py --pair aibs+abfnitsm --pair aibs+indi --speed 5 --seeds 20
 """
 
@@ -51,7 +52,7 @@ def prepared(options, position, attitude, speed, settings):
     settings = [
         "simulator.guard.enabled=false",
         f"trajectory.lemniscate.speed={speed}",
-        f"trajectory.lemniscate.half_width={HALF_WIDTH}",
+        f"trajectory.lemniscate.half_width={options.half_width}",
         *settings,
         *options.set,
     ]
@@ -117,6 +118,7 @@ def main():
     parser.add_argument("--preset", default="tuned", help="preset, or a file with gains (default: tuned)")
     parser.add_argument("--seeds", type=int, default=5, metavar="N", help="held-out seeds from 1001 (default: 5)")
     parser.add_argument("--set", action="append", default=[], metavar="NODE.NAME=VALUE", help="may be repeated")
+    parser.add_argument("--half-width", type=float, default=HALF_WIDTH, metavar="M", help="crossing to tip (default: 10)")
     parser.add_argument("--steep", action="store_true", help="65 and 76 deg of tilt instead, limits opened")
     options = parser.parse_args()
     if options.steep:
