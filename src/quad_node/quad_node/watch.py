@@ -95,7 +95,7 @@ class FlightWatch:
 
     def _on_event(self, message: FlightEvent) -> None:
         time_, source = seconds(stamp_ns(message.stamp), 1), (message.node, message.kind)
-        acts = time_ > 0.0 and message.text.startswith(("begins: ", "ends: "))  # an event of the scenario
+        acts = message.text.startswith(("begins: ", "ends: "))  # an event of the scenario
         if acts or message.kind in ("mode", "request_refused"):
             self.news.append((time_, message.text))
         elif message.severity != FlightEvent.INFO and source not in self._warned:

@@ -41,6 +41,13 @@ def test_who_joins_late_has_the_newest_state_and_none_of_another_run():
         context.try_shutdown()
 
 
+def test_what_acts_from_the_first_step_on_is_news():
+    seen = watch.FlightWatch.__new__(watch.FlightWatch)
+    seen.news, seen._warned = watch.deque(), {}
+    seen._on_event(FlightEvent(node="/simulator", kind="payload", text="begins: payload start=0 mass=0.3"))
+    assert list(seen.news) == [(0.0, "begins: payload start=0 mass=0.3")]
+
+
 def test_of_a_kind_of_warning_from_a_node_the_first_is_news():
     seen = watch.FlightWatch.__new__(watch.FlightWatch)
     seen.news, seen._warned = watch.deque(), {}
