@@ -118,7 +118,9 @@ def main():
     parser.add_argument("--preset", default="tuned", help="preset, or a file with gains (default: tuned)")
     parser.add_argument("--seeds", type=int, default=5, metavar="N", help="held-out seeds from 1001 (default: 5)")
     parser.add_argument("--set", action="append", default=[], metavar="NODE.NAME=VALUE", help="may be repeated")
-    parser.add_argument("--half-width", type=float, default=HALF_WIDTH, metavar="M", help="crossing to tip (default: 10)")
+    parser.add_argument(
+        "--half-width", type=float, default=HALF_WIDTH, metavar="M", help="crossing to tip (default: 10)"
+    )
     parser.add_argument("--steep", action="store_true", help="65 and 76 deg of tilt instead, limits opened")
     options = parser.parse_args()
     if options.steep:

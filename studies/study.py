@@ -29,8 +29,11 @@ law, an attitude law, files of tuned gains) under every condition, on every case
     (hash of what decides its gains), ``gains`` ({tuning: {node: {parameter: value}}}), ``parameters`` ({node:
     {parameter: value}}, all of both laws, of the first tuning), ``tuning`` ({tuning: its record})}, ``objective``,
     ``metrics``: {name: [unit, meaning]}.
-``DIR/tables.md``
-    Costs over tunings and all metrics as Markdown.
+``DIR/tables.md``, ``DIR/costs.tex``, ``DIR/costs.pdf``, ``DIR/front.pdf``
+    Costs over tunings and all metrics as Markdown; for a paper the costs as LaTeX and as a figure 88 mm wide, and the
+    front of error against effort.
+``DIR/conditions/NAME.yaml``
+    Each condition as a scenario: ``scripts/fly CASE --scenario FILE --preset GAINS --seed S`` flies it into a bag.
 ``DIR/parts/*.parquet``
     Rows of ``flights.parquet`` as they were flown; a study that was killed goes on from them.
 
@@ -50,6 +53,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import yaml
+from study_figures import cost_figure, tuning_figures
 from study_plan import (
     Condition,
     Controller,
@@ -65,7 +70,7 @@ from study_plan import (
     tuning_mark,
 )
 from study_statistics import comparison, summary
-from study_table import tables
+from study_table import comparison_rows, latex, tables
 from tune import flight_cost
 
 from quad_analysis.metrics import METRICS, FlightMetrics, Metric, flight_metrics
@@ -76,6 +81,7 @@ from quad_flight.flight import Flight, fly
 from quad_flight.many import run_many
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.notes import git_commit
+from quad_report.drawing import save
 
 FLIGHT_KEYS = ("controller", "tuning", "condition", "case", "plant", "seed", "outcome", "steps")
 NUMBERS = {
@@ -83,6 +89,7 @@ NUMBERS = {
     **METRICS,
     "over_hover": Metric("", "integral of the squared commanded thrust over that of the weight, less 1"),
 }
+_WIDTH = 88.0  # mm, a column
 CHUNK = 10  # flights per file of parts/: what a killed study flies again at most
 VERSIONS = ("numpy", "numba", "scipy", "pandas", "pyarrow", "optuna")
 EXAMPLES = """examples:
@@ -203,8 +210,31 @@ def run(plan: StudyPlan, seeds: int, out: Path, command: str, threads: int = 2, 
         about["conditions_text"] += f"; nothing random, every seed flies alike: {', '.join(same)}"
     _write_text(json.dumps(about, indent=1), out / "study.json")
     _write_text(tables(out), out / "tables.md")
+    _write_for_a_paper(plan, about, flights, out)
+    for condition in study.conditions:
+        _write_text(scenario(condition), out / "conditions" / f"{condition.name}.yaml")
     if bar is not None:
         bar.close()
+
+
+def scenario(condition: Condition) -> str:
+    """Return a condition as a parameter file, which ``scripts/fly --scenario`` takes."""
+    content = {
+        name if name == "/**" else f"/**/{name}": {"ros__parameters": dict(values)}
+        for name, values in condition.overrides.items()
+    }
+    return str(yaml.safe_dump(content, sort_keys=False))
+
+
+def _write_for_a_paper(plan: StudyPlan, about: dict[str, Any], flights: Any, out: Path) -> None:
+    import pandas
+
+    titles = {controller.name: controller.title for controller in plan.controllers}
+    rows = comparison_rows(about, pandas.read_parquet(out / "comparison.parquet"))
+    _write_text(latex(rows), out / "costs.tex")
+    for figure in (cost_figure(flights, titles), *tuning_figures(pandas.read_parquet(out / "trials.parquet"), titles)):
+        if figure.key != "plateau":
+            save(figure, out / f"{figure.key}.pdf", _WIDTH)
 
 
 def alike(flights: Any) -> list[str]:

@@ -44,6 +44,15 @@ def metric_figures(
     return figures
 
 
+def cost_figure(flights: Any, titles: Mapping[str, str]) -> Figure:
+    """Return the costs of all tunings, means over held-out flights: one dot per tuning, a column per controller."""
+    costs = flights.groupby(["controller", "tuning"], as_index=False)["cost"].mean()
+    costs["seed"] = costs["tuning"]
+    panel = _panel(costs, titles, "cost", "")
+    caption = "One dot per tuning: its mean over all held-out flights and conditions."
+    return Figure("costs", "Costs over tunings", caption, (panel,), x_label="", ticks=tuple(titles.values()))
+
+
 def tuning_figures(trials: Any, titles: Mapping[str, str]) -> list[Figure]:
     """Return the best cost over trials (has the search reached a plateau?) and the fronts of error against effort.
 

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from quad_analysis.text import in_latex
+
 
 def tables(directory: Path) -> str:
     """Return all tables of the study in ``directory``."""
@@ -46,6 +48,27 @@ def comparison_rows(facts: Mapping[str, Any], costs: Any) -> list[list[str]]:
         title = facts["controllers"][row["controller"]]["title"]
         found.append([row["condition"], title, str(row["tunings"]), cost, beside, p, str(row["lost"])])
     return found
+
+
+def latex(rows: Sequence[Sequence[str]]) -> str:
+    """Return rows, the head first, as a LaTeX tabular without packages; cells in ``**`` are bold."""
+    lines = [
+        " & ".join(rf"\textbf{{{in_latex(cell.strip('*'))}}}" if cell[:2] == "**" else in_latex(cell) for cell in row)
+        for row in rows
+    ]
+    head, *body = [rf"{line} \\" for line in lines]
+    return "\n".join(
+        [
+            rf"\begin{{tabular}}{{{'l' * len(rows[0])}}}",
+            r"\hline",
+            head,
+            r"\hline",
+            *body,
+            r"\hline",
+            r"\end{tabular}",
+            "",
+        ]
+    )
 
 
 def _line(cells: Sequence[str]) -> str:

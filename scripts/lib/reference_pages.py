@@ -53,6 +53,8 @@ to world), Z-Y-X Euler angles. All topics but `battery_state` are reliable; *lat
 that join later. A *step* topic has exactly one message per step of its publisher. One that is both shows only its
 newest message; between the nodes it is `NAME/steps`, not latched. The payload hash covers the step topics but
 `flight/mode`, which names the run. Every node also publishes `diagnostics` (diagnostic_msgs/DiagnosticArray) at 1 Hz.
+For viewers the recorder makes, publishes and records `pose`, `reference_pose` (geometry_msgs/PoseStamped) and `/tf`
+(tf2_msgs/TFMessage).
 """
 PARAMETERS_HEAD = """# Parameters
 

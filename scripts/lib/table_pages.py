@@ -193,6 +193,9 @@ def event_rows() -> list[list[str]]:
             severities, packages = found.setdefault(kind, (set(), set()))
             severities.add(severity.replace("warn", "warning"))
             packages.add(path.relative_to(ROOT / "src").parts[0])
+    for kind, (_, packages) in found.items():
+        if not packages:  # sent by a name
+            packages |= {path.relative_to(ROOT / "src").parts[0] for path in sources if f'"{kind}"' in sources[path]}
     return [
         [f"`{kind}`", ", ".join(sorted(severities)) or "warning", ", ".join(sorted(packages)), EVENTS[kind]]
         for kind, (severities, packages) in sorted(found.items())

@@ -64,25 +64,25 @@ def csv_table(names: Sequence[str], metrics: Sequence[FlightMetrics]) -> str:
 def latex_table(names: Sequence[str], metrics: Sequence[FlightMetrics]) -> str:
     """Return a LaTeX tabular without packages, one line per metric that a flight has, the least of several bold."""
     lines = [rf"\begin{{tabular}}{{l{'r' * len(names)}l}}", r"\hline"]
-    lines += [" & ".join(["metric", *map(_latex, names), "unit"]) + r" \\", r"\hline"]
+    lines += [" & ".join(["metric", *map(in_latex, names), "unit"]) + r" \\", r"\hline"]
     for name, about in METRICS.items():
         values = [getattr(item, name) for item in metrics]
         known = {value for value in values if value is not None}
-        least = min(known) if len(known) > 1 and name != "duration" else None
-        cells = ["--" if value is None else _in_latex(value, bold=value == least) for value in values]
+        least = _number(min(known)) if len(set(map(_number, known))) > 1 and name != "duration" else ""
+        shown = ["--" if value is None else _number(value) for value in values]
+        cells = [rf"$\mathbf{{{cell}}}$" if cell == least else cell if cell == "--" else f"${cell}$" for cell in shown]
         unit = rf"$\mathrm{{{about.unit.replace(' ', '~')}}}$" if about.unit else ""
         if known:
             lines.append(" & ".join([name.replace("_", " "), *cells, unit]) + r" \\")
     return "\n".join([*lines, r"\hline", r"\end{tabular}"])
 
 
-def _in_latex(value: float, *, bold: bool) -> str:
+def _number(value: float) -> str:
     digits, _, exponent = f"{value:.4g}".partition("e")
-    number = rf"{digits}\cdot10^{{{int(exponent)}}}" if exponent else digits
-    return rf"$\mathbf{{{number}}}$" if bold else f"${number}$"
+    return rf"{digits}\cdot10^{{{int(exponent)}}}" if exponent else digits
 
 
-def _latex(text: str) -> str:
+def in_latex(text: str) -> str:
     """Return a text with LaTeX's own characters escaped."""
     named = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
     return "".join(named.get(each, f"\\{each}" if each in "&%$#_{}" else each) for each in text)

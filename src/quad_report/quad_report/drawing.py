@@ -54,14 +54,19 @@ def _panels(canvas: Any, figure: Figure) -> tuple[list[Any], list[str]]:
     axes = canvas.subplots(len(figure.panels), 1, sharex=True, squeeze=False)[:, 0]
     for ax, panel in zip(axes, figure.panels, strict=True):
         for line in sorted(panel.lines, key=lambda each: not each.dashed):
-            pale = {"linewidth": 2.4, "alpha": 0.45} if line.dashed else {}
-            (drawn,) = ax.plot(*thin(line).columns, color=colour[line.run], **pale)
+            look = {"linewidth": 2.4, "alpha": 0.45} if line.dashed else {}
+            if line.dots:
+                look = {"linestyle": "", "marker": "o", "markersize": 3.0}
+            (drawn,) = ax.plot(*thin(line).columns, color=colour[line.run], **look)
             named.setdefault(line.label, drawn)
         ax.set_ylabel(panel.y_label)
         ax.set_yscale("log" if panel.logarithmic else "linear")
         if figure.span and (shown := height(panel, figure.span)):
             ax.set(xlim=figure.span, ylim=shown)
     axes[-1].set(xlabel=figure.x_label, xscale="log" if figure.logarithmic else "linear")
+    if figure.ticks:
+        axes[-1].set_xticks(range(len(figure.ticks)), figure.ticks, rotation=45, ha="right")
+        return [], []  # the axis names what is drawn
     return list(named.values()), list(named)
 
 
