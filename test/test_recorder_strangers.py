@@ -63,7 +63,7 @@ def test_neither_a_second_of_standing_still_nor_any_payload_costs_a_message_or_t
     missing = {topic: len(range(0, stamps[-1] + 1, PERIOD)) - len(stamps) for topic, stamps in steps.items()}
     assert max(missing.values()) <= last_word(bag, "simulator", "overruns"), missing
     assert [name for name in bag.metadata if name.startswith("missing.")] == []
-    assert int(bag.metadata["steps"]) == steps["truth"][-1] // PERIOD
+    assert int(bag.metadata["last_step"]) == steps["truth"][-1] // PERIOD
     assert int(bag.metadata["count.not_recorded"]) >= 6 * len(aims)
     assert "not_recorded" in bag.array("flight/events")["kind"]
     seen = {topic: found for topic, found in foreign_readers.ours(out).items() if found[0]}

@@ -19,7 +19,11 @@ PUBLIC = {
     "Read a bag": ("quad_flight_log.reader", ("open_flight", "Flight")),
     "Judge a bag": ("quad_analysis.metrics", ("flight_metrics", "FlightMetrics")),
     "Identify a vehicle": ("quad_identify.identify", ("identify",)),
-    "What laws take and give": ("quad_core.types", ("VehicleState", "TrajectoryPoint", "AttitudeThrust", "Wrench")),
+    "What laws take and give": (
+        "quad_core.types",
+        ("PositionInputs", "AttitudeInputs", "Vec3", "VehicleState", "TrajectoryPoint", "AttitudeThrust", "Wrench"),
+    ),
+    "What a position law needs": ("quad_position_ctrl.se3", ("pointed",)),
 }
 
 

@@ -1,12 +1,14 @@
 """A study flown by stand-in flights: files as described, statistics by hand, stopped and gone on."""
 
 import json
+import re
 
 import numpy as np
 import pandas
 import pytest
 import study
 import study_table
+import yaml
 from scipy.stats import ttest_ind
 from study_plan import Condition, gains_file, plan_mark, tuning_mark
 from study_statistics import comparison, front, holm, mean_interval, paired, ratio, spread, summary
@@ -106,6 +108,18 @@ def test_a_study_leaves_the_files_that_are_described(plan, flown, tmp_path):
     assert (costs.loc[("other", "late"), "tunings"], costs.loc[("other", "late"), "lost"]) == (2, 1)
     assert list(pandas.read_parquet(out / "trials.parquet")["cost"]) == 4 * [3.0, 2.0]
     assert (out / "tables.md").read_text() == study_table.tables(out)
+    late = yaml.safe_load((out / "conditions" / "late.yaml").read_text())
+    assert late == {"/**/simulator": {"ros__parameters": {"sensor.delay": 0.02}}}
+    assert "late & Mine & 2 & 10.550" in (out / "costs.tex").read_text()
+    for name in ("costs", "front"):
+        (box,) = re.findall(rb"/MediaBox \[ 0 0 ([0-9.]+) ", (out / f"{name}.pdf").read_bytes())
+        assert float(box) == pytest.approx(88.0 / 25.4 * 72.0, abs=0.01)
+
+
+def test_bold_cells_and_signs_of_a_table_are_latex():
+    text = study_table.latex([["law", "p_x"], ["**-3 %**", "1 & 2"]])
+    assert r"law & p\_x \\" in text
+    assert r"\textbf{-3 \%} & 1 \& 2 \\" in text
 
 
 def test_a_study_flies_the_conditions_of_its_tuning(plan):

@@ -50,6 +50,9 @@ def vehicle_settings(flight: Flight, path: Path | None) -> dict[str, Value]:
         if not flight.has(PARAMETERS):
             raise FlightLogError(f"{flight.path}: no vehicle: the bag has no {PARAMETERS}; give --vehicle FILE")
         return {}
+    if not path.is_file():
+        there = "those that ship are in src/quad_flight/quad_flight/config/vehicles"
+        raise FlightLogError(f"--vehicle: found {str(path)!r}, expected a vehicle file ({there})")
     try:
         content = overrides_for([read_parameter_file(path)], SIMULATOR)
     except ParameterError as error:

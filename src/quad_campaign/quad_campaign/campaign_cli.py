@@ -12,8 +12,8 @@ from typing import Any
 
 from quad_campaign.batch import Parts, flight_of, prepared, run, shipped
 from quad_campaign.campaign_report import page, pairs_text, text
-from quad_campaign.definition import Definition, command, read_definition
-from quad_campaign.statistics import flights_of, paired
+from quad_campaign.definition import Definition, command, drawn, read_definition
+from quad_campaign.statistics import flights_of, paired, refuse_other_draws
 from quad_core.command_line import Parser, open_streams
 from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
@@ -115,6 +115,9 @@ def _campaign(path: Path, definition: Definition, options: argparse.Namespace, s
     out = options.out or Path("campaigns", f"{definition.name}-{datetime.now(timezone.utc):%Y%m%d-%H%M%S}")
     batch = prepared(definition)
     theirs = None if options.against is None else flights_of(options.against)
+    if theirs is not None:
+        count = min(options.flights, len(theirs))
+        refuse_other_draws([drawn(definition, batch.variation, number) for number in range(count)], theirs)
     about: dict[str, Any] = {
         "identity": {
             "file": hashlib.sha256(path.read_bytes()).hexdigest(),
@@ -136,7 +139,7 @@ def _campaign(path: Path, definition: Definition, options: argparse.Namespace, s
     whole = {**facts, **about["identity"], "file text": about["definition"]}
     against = None
     if theirs is not None:
-        against = (options.against.name, paired(frame, theirs, list(definition.vary)))
+        against = (options.against.name, paired(frame, theirs))
     write_page(page(definition, batch.variation, frame, whole, against), out / "report.html")
     sys.stdout.write(f"{definition.name}: {text(definition, frame)}\n")
     if against is not None:

@@ -11,7 +11,7 @@ influence, on average; 1 for what decides alone. The test is that of Kruskal and
 parameters.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 
 from quad_campaign.batch import FLIGHTS
-from quad_core.parameters import ParameterError
+from quad_core.parameters import ParameterError, Value
 from quad_flight.variation import SEED
 
 CONFIDENCE = 0.95
@@ -47,20 +47,23 @@ def flights_of(directory: Path) -> pd.DataFrame:
     return pd.read_parquet(path)
 
 
-def paired(ours: pd.DataFrame, theirs: pd.DataFrame, drawn: list[str]) -> Pairs:
-    """Compare flights with the same number; raises ParameterError if a value in ``drawn`` differs."""
+def refuse_other_draws(ours: Sequence[Mapping[str, Value]], theirs: pd.DataFrame) -> None:
+    """Raise ParameterError if flights of ``theirs`` had other values than ``ours``, {name: value} of each flight."""
+    for n, values in enumerate(ours[: len(theirs)]):
+        for name, value in values.items():
+            if name not in theirs:
+                raise ParameterError(f"--against: found no {name}, expected a campaign with the same `vary`")
+            if theirs[name].iloc[n] != value:
+                found = f"found {name} {theirs[name].iloc[n]} in flight {n}, expected {value}"
+                raise ParameterError(f"--against: {found}: the same `seed` and `vary` draw the same values")
+
+
+def paired(ours: pd.DataFrame, theirs: pd.DataFrame) -> Pairs:
+    """Compare flights with the same number, which had the same values (``refuse_other_draws``)."""
     from scipy.stats import binomtest
 
     count = min(len(ours), len(theirs))
     ours, theirs = ours.head(count), theirs.head(count)
-    for name in drawn:
-        if name not in theirs:
-            raise ParameterError(f"--against: found no {name}, expected a campaign with the same `vary`")
-        apart = np.flatnonzero(ours[name].to_numpy() != theirs[name].to_numpy())
-        if len(apart):
-            n = int(apart[0])
-            found = f"found {name} {theirs[name].iloc[n]} in flight {n}, expected {ours[name].iloc[n]}"
-            raise ParameterError(f"--against: {found}: the same `seed` and `vary` draw the same values")
     good, other = ours["success"].to_numpy(dtype=bool), theirs["success"].to_numpy(dtype=bool)
     alone, theirs_alone = int((good & ~other).sum()), int((other & ~good).sum())
     p = float(binomtest(alone, alone + theirs_alone).pvalue) if alone + theirs_alone else 1.0

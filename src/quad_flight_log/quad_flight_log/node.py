@@ -243,7 +243,7 @@ class Recorder:
         node.exit_code = 0 if ended else 1
 
     def _close_bag(self, ended: bool, reason: str, missing: dict[str, int]) -> None:
-        notes = {"outcome": "ended" if ended else "failed", "reason": reason, "steps": str(self.node.current_step)}
+        notes = {"outcome": "ended" if ended else "failed", "reason": reason, "last_step": str(self.node.current_step)}
         notes.update({f"missing.{topic}": str(count) for topic, count in missing.items()})
         notes.update({f"count.{name}": str(count) for name, count in sorted(self.node.events.counts.items()) if count})
         self.bag.close(notes)

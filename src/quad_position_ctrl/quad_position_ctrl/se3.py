@@ -113,7 +113,12 @@ def tracking(
 def pointed(
     limits: LiftLimits, feed_forward: bool, vehicle: Vehicle, inputs: PositionInputs, command: Vec3
 ) -> tuple[ThrustCommand, AttitudeThrust]:
-    """Return f = F . R e_3 and the setpoint with the source's axes b_1, b_2, b_3 for U = ``command`` in m/s^2."""
+    """Return thrust and attitude setpoint that come nearest to an acceleration U, ``command`` in m/s^2, world frame.
+
+    Gravity is not counted in it. The first value says what limits took: ``thrust_limited``, ``lift``; a law stops
+    integrating there. ``feed_forward``: the setpoint leads by the reference's jerk and snap. f = F . R e_3, and the
+    source's axes b_1, b_2, b_3.
+    """
     reference = inputs.reference
     thrust = thrust_command(command, vehicle, limits, body_z(inputs.state.q_wb), ThrustForm.PROJECTED)
     lift = thrust.lift.lift

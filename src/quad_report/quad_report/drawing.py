@@ -54,7 +54,7 @@ def _panels(canvas: Any, figure: Figure) -> tuple[list[Any], list[str]]:
     axes = canvas.subplots(len(figure.panels), 1, sharex=True, squeeze=False)[:, 0]
     for ax, panel in zip(axes, figure.panels, strict=True):
         for line in sorted(panel.lines, key=lambda each: not each.dashed):
-            look = {"linewidth": 2.4, "alpha": 0.45} if line.dashed else {}
+            look: dict[str, Any] = {"linewidth": 2.4, "alpha": 0.45} if line.dashed else {}
             if line.dots:
                 look = {"linestyle": "", "marker": "o", "markersize": 3.0}
             (drawn,) = ax.plot(*thin(line).columns, color=colour[line.run], **look)

@@ -4,10 +4,12 @@ import re
 import zlib
 
 import drawn_flights
+import numpy as np
 import pytest
 
 from quad_report.cli import main
 from quad_report.drawing import figures_by_name, save
+from quad_report.figures import Figure, Line, Panel
 
 pytest.importorskip("matplotlib")
 
@@ -38,6 +40,15 @@ def test_a_pdf_is_as_wide_as_asked_and_holds_its_fonts(figure, bags, tmp_path, c
     assert width / 72.0 * 25.4 == pytest.approx(88.0, abs=0.01)
     assert b"/FontFile2" in content
     assert b"/Type3" not in content
+
+
+def test_columns_of_dots_are_drawn_over_their_names(tmp_path):
+    dots = Line("pid", "pid", (np.array([0.0, 0.1]), np.array([4.0, 5.0])), dots=True)
+    save(Figure("costs", "", "", (Panel("cost", (dots,)),), x_label="", ticks=("PID",)), tmp_path / "a.svg", 88.0)
+    drawn = (tmp_path / "a.svg").read_text()
+    assert "<!-- PID -->" in drawn
+    assert drawn.count("<use ") >= 2
+    assert "<!-- pid -->" not in drawn  # no legend beside the axis that names it
 
 
 def test_svg_and_png_are_as_wide(bags, tmp_path):

@@ -10,6 +10,8 @@ import drawn_flights
 import flight_samples
 import pytest
 
+from quad_analysis.metrics import FlightMetrics
+from quad_analysis.text import latex_table
 from quad_flight_log.reader import open_flight
 from quad_report import cli
 
@@ -101,6 +103,13 @@ def test_metrics_as_csv_keep_every_digit_and_as_latex_name_units_and_the_least(f
     assert table[0] == r"\begin{tabular}{lrrl}"
     assert r"metric & a\_1 & pid & unit \\" in table
     assert r"position rmse & $\mathbf{0.3742}$ & $0.7483$ & $\mathrm{m}$ \\" in table
+
+
+def test_of_values_that_print_alike_all_or_none_are_bold():
+    same, more = FlightMetrics(thrust_effort=13480.1), FlightMetrics(thrust_effort=13480.4, position_rmse=1.0)
+    assert "mathbf" not in latex_table(["a", "b"], [same, more])
+    table = latex_table(["a", "b", "c"], [same, more, FlightMetrics(thrust_effort=20000.0)])
+    assert table.count(r"\mathbf{1.348\cdot10^{4}}") == 2
 
 
 def test_check_ends_with_one_if_a_limit_is_not_kept(flown_bag, capsys, tmp_path):
