@@ -173,9 +173,9 @@ def tuned_overrides(plan: StudyPlan, controller: Controller, tuning: int) -> Ove
     path, mark = gains_file(plan, controller.name, tuning), tuning_mark(plan, controller)
     if not path.is_file():
         raise ParameterError(f"{path}: found no tuned gains; run: scripts/tune {plan.path}")
-    found = re.search("^# plan: (.*)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    found = re.search("^# tuning: (.*)$", path.read_text(encoding="utf-8"), re.MULTILINE)
     if found is None or found[1] != mark:
-        raise ParameterError(f"{path}: found gains of plan {found and found[1]}, expected {mark}; tune again")
+        raise ParameterError(f"{path}: found gains of tuning {found and found[1]}, expected {mark}; tune again")
     return {pattern.strip("/*"): values for pattern, values in read_parameter_file(path).items()}
 
 

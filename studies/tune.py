@@ -165,7 +165,7 @@ def parameter_file(tuned: Tuned, plan: StudyPlan, number: int) -> str:
     flights = f"seeds {', '.join(map(str, tuning.seeds))}, {', '.join(tuning.cases)}, {', '.join(tuning.plants)}"
     lines = [
         f"{tuned.controller.title}: gains from scripts/tune {plan.path.name}, tuning {number} of {tuning.tunings}",
-        f"plan: {tuning_mark(plan, tuned.controller)}",
+        f"tuning: {tuning_mark(plan, tuned.controller)}",
         f"best of {len(tuned.trials)} trials: number {best.number}, cost {best.cost:.4f} (defaults: {first.cost:.4f})",
         f"cost: mean of {scales}",
         f"over {flights}, under {', '.join(each.name for each in tuning.conditions)}; sampler TPE, seed {number}",

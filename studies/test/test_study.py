@@ -42,7 +42,7 @@ def plan(tmp_path):
             path = gains_file(found, controller.name, tuning)
             path.parent.mkdir(exist_ok=True, parents=True)
             path.write_text(
-                f"# record\n# plan: {tuning_mark(found, controller)}\n"
+                f"# record\n# tuning: {tuning_mark(found, controller)}\n"
                 f"position_controller:\n  ros__parameters:\n    law: {controller.position}\n"
                 f"attitude_controller:\n  ros__parameters:\n    law: itsm\n    itsm.roll.exponent: 0.{tuning}\n"
             )

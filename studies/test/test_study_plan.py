@@ -122,15 +122,15 @@ def test_gains_of_another_plan_are_refused(tmp_path):
     path = study_plan.gains_file(plan, "mine", 1)
     path.parent.mkdir(parents=True)
     gains = "position_controller:\n  ros__parameters: {law: pid}\n"
-    path.write_text(f"# plan: {study_plan.tuning_mark(plan, mine)}\n{gains}")
+    path.write_text(f"# tuning: {study_plan.tuning_mark(plan, mine)}\n{gains}")
     assert study_plan.tuned_overrides(plan, mine, 1) == {"position_controller": {"law": "pid"}}
     wider = content()
     wider["tuning"]["trials"] = 5
     other = read(tmp_path, wider)
-    with pytest.raises(ParameterError, match=r"found gains of plan .*, expected .*; tune again"):
+    with pytest.raises(ParameterError, match=r"found gains of tuning .*, expected .*; tune again"):
         study_plan.tuned_overrides(other, other.controllers[0], 1)
     path.write_text(gains)
-    with pytest.raises(ParameterError, match="found gains of plan None"):
+    with pytest.raises(ParameterError, match="found gains of tuning None"):
         study_plan.tuned_overrides(plan, mine, 1)
 
 

@@ -198,6 +198,9 @@ def mapped(tables: Tables, content: Mapping[str, Any], notes: list[str]) -> Reco
         raise FlightLogError(f"the map finds none of its columns; the log has {names[:500]}")
     if missing:
         notes = [*notes, f"not in the log: {', '.join(missing)}"]
+    still = [name for name in ("reference_velocity", "reference_acceleration", "reference_yaw") if name not in signals]
+    if "reference_position" in signals and still:
+        notes = [*notes, f"reference: {', '.join(still)} are not in the log and count as 0, which misleads a shadow"]
     if signals.keys() >= MOVES.keys():
         changes = [f"{name} is the change of {of}" for of, name in MOVES.items() if name not in signals]
         notes += [f"state: {' and '.join(changes)}"] * bool(changes)
