@@ -35,7 +35,7 @@ Number = float | None
 class FlightMetrics(NamedTuple):
     """The metrics of a flight; None where the data for one is missing or it does not exist (never settled)."""
 
-    duration: Annotated[Number, "s", "flight time after the approach"] = None
+    duration: Annotated[Number, "s", "flight time after the approach; in a mission all of MISSION"] = None
     position_rmse: Annotated[Number, "m", "root of the mean squared 3-D position error"] = None
     position_max: Annotated[Number, "m", "largest 3-D position error"] = None
     position_final: Annotated[Number, "m", "3-D position error at the last reference"] = None

@@ -24,7 +24,7 @@ from quad_core.parameters import ParameterError
 from quad_core.plugins import PluginError
 from quad_core.resolution import Resolved
 from quad_flight import set_up
-from quad_flight.set_up import Request, left_out, resolve_flight, summary, unfelt_wind
+from quad_flight.set_up import Request, left_out, resolve_flight, summary, unfelt_wind, vehicle_text
 from quad_flight_log.errors import FlightLogError
 from quad_flight_log.notes import COMMAND
 from quad_node.middleware import OPEN, close, close_unless_asked
@@ -252,7 +252,7 @@ def _planned(options: argparse.Namespace, case: str, directory: Path) -> Planned
         limits = options.limits or []  # the usual ones are those of a curve that is flown
     return Planned(
         name=case,
-        vehicle=options.vehicle,
+        vehicle=vehicle_text(request, nodes[SIMULATOR].vehicle),
         preset=options.preset,
         directory=directory,
         run_id=run_id,

@@ -7,15 +7,17 @@ from typing import Any, NamedTuple
 from quad_core import plugins
 from quad_core.cascade import ALL_ROLES, COMMANDER, RELAY, ROLES, SHADOW, SIMULATOR, STAGES, VEHICLE_INTERFACES
 from quad_core.parameter_files import check_reached, dump_yaml, overrides_for, place_of, read_parameter_file
-from quad_core.parameters import ParameterError, Value, fields, flatten
+from quad_core.parameters import ParameterError, Value, build, fields, flatten
 from quad_core.plugins import PluginError
 from quad_core.resolution import Resolved, check_agreement, parse_settings, resolve, with_law
 from quad_core.types import CALM, Vec3, Wrench
+from quad_core.vehicle import Vehicle
 from quad_dynamics import timeline
 from quad_dynamics.ground import SINK
 from quad_guard.ending import stands
 
 SHIPPED = Path(__file__).parent / "config"  # in the package, so that no ament index is needed
+_FEW = 3  # changed numbers that a line still names
 VEHICLES, CONTROLLERS, SCENARIOS, LIMITS = "vehicles", "controllers", "scenarios", "limits"
 Overrides = dict[str, dict[str, Value]]
 _WINDS, _WIND, _FELT = {"wind", "gust", "dryden"}, 10.0, 0.05  # kinds of events; m/s; m/s^2
@@ -256,6 +258,17 @@ def _check_whole(resolved: Mapping[str, Resolved]) -> None:
     window, every = resolved["simulator"].node.window, resolved["recorder"].node.ack_steps
     if every >= window:
         raise ParameterError(f"recorder.ack_steps: found {every}, expected less than simulator.window, {window}")
+
+
+def vehicle_text(request: Request, vehicle: Vehicle) -> str:
+    """Return the name of a request's vehicle, and which numbers a scenario or a setting has changed."""
+    path = shipped_file(VEHICLES, request.vehicle)
+    values = overrides_for([read_parameter_file(path)], SIMULATOR, request.namespace)
+    own = {name.removeprefix("vehicle."): value for name, value in values.items() if name.startswith("vehicle.")}
+    was, now = flatten(build(Vehicle, own, "vehicle.")), flatten(vehicle)
+    changed = [f"{name}={value}" for name, value in now.items() if value != was[name]]
+    about = ", ".join(changed) if len(changed) <= _FEW else f"{len(changed)} of its numbers are set elsewhere"
+    return f"{request.vehicle} ({about})" if changed else str(request.vehicle)
 
 
 def unfelt_wind(resolved: Mapping[str, Resolved]) -> str:

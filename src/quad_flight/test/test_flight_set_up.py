@@ -1,5 +1,7 @@
 """What a flight is asked to be, by names, and the files that ship."""
 
+import re
+
 import numpy as np
 import pytest
 import yaml
@@ -36,6 +38,18 @@ def test_a_flight_by_names():
     assert asked.setup.vehicle.mass == 0.6
     assert asked.setup.trajectory.duration == 3.0
     assert asked.resolved["position_controller"].node.preset == "minimal"
+
+
+def test_a_flight_says_which_vehicle_flies(tmp_path):
+    def said(**choices):
+        request = set_up.Request("hover", **choices)
+        return set_up.vehicle_text(request, set_up.resolve_flight(request, {})["simulator"].vehicle)
+
+    assert said(vehicle="x500") == "x500"
+    assert said(settings=["vehicle.mass=0.6"]) == "paper (mass=0.6)"
+    other = tmp_path / "other.yaml"
+    other.write_text(set_up.shipped_file(set_up.VEHICLES, "x500").read_text(encoding="utf-8"), encoding="utf-8")
+    assert re.fullmatch(r"paper \(1\d of its numbers are set elsewhere\)", said(scenario=str(other)))
 
 
 def test_numbers_of_numpy_and_paths_are_numbers_and_texts(tmp_path):

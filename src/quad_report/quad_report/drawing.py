@@ -60,7 +60,8 @@ def _panels(canvas: Any, figure: Figure) -> tuple[list[Any], list[str]]:
             (drawn,) = ax.plot(*thin(line).columns, color=colour[line.run], **look)
             named.setdefault(line.label, drawn)
         ax.set_ylabel(panel.y_label)
-        ax.set_yscale("log" if panel.logarithmic else "linear")
+        positive = any((line.columns[1] > 0.0).any() for line in panel.lines)
+        ax.set_yscale("log" if panel.logarithmic and positive else "linear")
         if figure.span and (shown := height(panel, figure.span)):
             ax.set(xlim=figure.span, ylim=shown)
     axes[-1].set(xlabel=figure.x_label, xscale="log" if figure.logarithmic else "linear")

@@ -1,6 +1,7 @@
 """A figure for a paper has the width asked for, embedded fonts, and what the report shows."""
 
 import re
+import warnings
 import zlib
 
 import drawn_flights
@@ -49,6 +50,13 @@ def test_columns_of_dots_are_drawn_over_their_names(tmp_path):
     assert "<!-- PID -->" in drawn
     assert drawn.count("<use ") >= 2
     assert "<!-- pid -->" not in drawn  # no legend beside the axis that names it
+
+
+def test_a_spectrum_of_nothing_is_drawn_without_a_warning(tmp_path):
+    line = Line("a", "a", (np.array([1.0, 2.0]), np.zeros(2)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        save(Figure("spectrum", "", "", (Panel("power", (line,), logarithmic=True),)), tmp_path / "a.svg", 88.0)
 
 
 def test_svg_and_png_are_as_wide(bags, tmp_path):
