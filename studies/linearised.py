@@ -14,14 +14,16 @@ from typing import Any
 import numpy as np
 
 from quad_core.cascade import STAGES
+from quad_core.geometry import norm
 from quad_dynamics.simulated_vehicle import RandomStreams, link_init
 from quad_flight.engine import python_engine
 from quad_flight.flight import Flight, from_names
-from quad_flight.loop import Start, take_off
+from quad_flight.loop import Start, side_of, take_off
 from quad_flight.stages import PerStage, Signals
 
 SETTLED, SIZE, STABLE = 2.0, 1e-4, 1.0 + 1e-4
 """s of hover before the matrix is taken; size of the differences in SI units; largest eigenvalue of a stable loop."""
+STILL = 1e-3  # rad/s: a hover that turns faster has left its equilibrium before the matrix could be taken
 QUIET = [f"simulator.sensor.{name}_noise=1e-12" for name in ("position", "velocity", "attitude", "rate")]
 """Readings that never repeat: the prediction counts one that does as older."""
 
@@ -51,7 +53,7 @@ def with_numbers(value: Any, given: Any) -> Any:
 
 
 def matrix(flight: Flight, size: float = SIZE) -> np.ndarray:
-    """Return A of a hover, shape (states, states)."""
+    """Return A of a hover, shape (states, states); NaN if it swings by itself: limits hide what grows."""
     setup, engine = flight.setup, python_engine(flight.modules)
     period = setup.schedule.plant_period
     line, sensing = flight.modules.sensing.init(setup.sensing, period)
@@ -64,6 +66,9 @@ def matrix(flight: Flight, size: float = SIZE) -> np.ndarray:
     weather = flight.modules.disturbance.draw(setup.disturbance, setup.vehicle, 1, SETTLED + 1.0)
     drawn = RandomStreams(weather, flight.modules.sensing.draw(setup.sensing, 1, settled + steps), line, link_line)
     carry = engine.fly(setup, drawn, take_off(engine.functions, setup, drawn, start), settled, np.empty((0, 0)))
+    turning = engine.functions.side.observe(side_of(setup), carry.side).omega_b
+    if not norm(turning) < STILL:
+        return np.full((1, 1), np.nan)
     late = max(sensing.ages)
     rows = [(carry.step - 1 - place) % len(line) for place in range(late)]
     later = [(row + steps) % len(line) for row in rows]
@@ -84,6 +89,6 @@ def matrix(flight: Flight, size: float = SIZE) -> np.ndarray:
 
 
 def largest(flight: Flight, size: float = SIZE) -> float:
-    """Return the size of the largest eigenvalue of a hover's A; infinite if A is not finite."""
+    """Return the largest size of an eigenvalue of a hover's A; infinite if it swings by itself or A is not finite."""
     found = matrix(flight, size)
     return float(np.abs(np.linalg.eigvals(found)).max()) if np.isfinite(found).all() else math.inf

@@ -35,6 +35,10 @@ def test_a_loop_in_time_is_stable_and_one_of_wrong_sign_is_not():
     assert largest(hover([*weak, "position_controller.pid.xy.integral=0.0"], **PAIR)) >= 1.0
 
 
+def test_a_loop_that_swings_up_to_its_limits_before_the_matrix_is_taken_is_not_stable():
+    assert largest(hover(late(0.1), position="aibs", attitude="indi")) == np.inf
+
+
 def test_numbers_are_the_floats_in_order():
     value = (Vec3(1.0, 2.0, 3.0), 7, (True, 4.0))
     assert numbers(value) == [1.0, 2.0, 3.0, 4.0]

@@ -115,8 +115,8 @@ def pointed(
 ) -> tuple[ThrustCommand, AttitudeThrust]:
     """Return thrust and attitude setpoint that come nearest to an acceleration U, ``command`` in m/s^2, world frame.
 
-    Gravity is not counted in it. The first value says what limits took: ``thrust_limited``, ``lift``; a law stops
-    integrating there. ``feed_forward``: the setpoint leads by the reference's jerk and snap. f = F . R e_3, and the
+    Gravity is not counted in it. A law stops integrating where the first value is ``thrust_limited``, or its ``lift``
+    ``thrust_limited``, ``acceleration_limited``, ``tilt_limited`` or ``descent_limited``. ``feed_forward``: the setpoint leads by the reference's jerk and snap. f = F . R e_3, and the
     source's axes b_1, b_2, b_3.
     """
     reference = inputs.reference
