@@ -116,8 +116,8 @@ def pointed(
     """Return thrust and attitude setpoint that come nearest to an acceleration U, ``command`` in m/s^2, world frame.
 
     Gravity is not counted in it. A law stops integrating where the first value is ``thrust_limited``, or its ``lift``
-    ``thrust_limited``, ``acceleration_limited``, ``tilt_limited`` or ``descent_limited``. ``feed_forward``: the setpoint leads by the reference's jerk and snap. f = F . R e_3, and the
-    source's axes b_1, b_2, b_3.
+    ``thrust_limited``, ``acceleration_limited``, ``tilt_limited`` or ``descent_limited``. ``feed_forward``: the
+    setpoint leads by the reference's jerk and snap. f = F . R e_3, and the source's axes b_1, b_2, b_3.
     """
     reference = inputs.reference
     thrust = thrust_command(command, vehicle, limits, body_z(inputs.state.q_wb), ThrustForm.PROJECTED)
