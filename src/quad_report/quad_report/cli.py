@@ -297,7 +297,7 @@ def _millimetres(text: str) -> float:
 
 
 def _import(options: argparse.Namespace) -> int:
-    """Make a bag of a log of others (ULog, tlog, Crazyflie micro-SD, rosbag2, CSV, Parquet); say what is doubtful in it.
+    """Make a bag of a log of others (ULog, tlog, Crazyflie micro-SD, rosbag2, CSV, Parquet); say what is doubtful.
 
     --map names the columns: px4, mavlink, crazyflie, nanobench, idsia, ros, bag, or a file of your own. ULog, Crazyflie
     logs and bags have a map by default. Without --out the bag is written into NAME in this directory.
