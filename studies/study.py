@@ -199,8 +199,9 @@ def run(plan: StudyPlan, seeds: int, out: Path, command: str, threads: int = 2, 
     names = [controller.name for controller in plan.controllers]
     study = plan.study
     _write_table(summary(flights, names, list(NUMBERS), study.resamples, study.bootstrap_seed), out / "summary.parquet")
-    _write_table(comparison(flights, names), out / "comparison.parquet")
-    _write_table(trials(plan), out / "trials.parquet")
+    costs, tried = comparison(flights, names), trials(plan)
+    _write_table(costs, out / "comparison.parquet")
+    _write_table(tried, out / "trials.parquet")
     for block in every:
         if (block.plant, block.condition, block.tuning) == (study.plants[0], study.conditions[0].name, 1):
             _example(out, block, chosen[0])
@@ -210,7 +211,11 @@ def run(plan: StudyPlan, seeds: int, out: Path, command: str, threads: int = 2, 
         about["conditions_text"] += f"; nothing random, every seed flies alike: {', '.join(same)}"
     _write_text(json.dumps(about, indent=1), out / "study.json")
     _write_text(tables(out), out / "tables.md")
-    _write_for_a_paper(plan, about, flights, out)
+    _write_text(latex(comparison_rows(about, costs)), out / "costs.tex")
+    titles = {controller.name: controller.title for controller in plan.controllers}
+    for figure in (cost_figure(flights, titles), *tuning_figures(tried, titles)):
+        if figure.key != "plateau":  # which is for whoever tunes
+            save(figure, out / f"{figure.key}.pdf", _WIDTH)
     for condition in study.conditions:
         _write_text(scenario(condition), out / "conditions" / f"{condition.name}.yaml")
     if bar is not None:
@@ -224,17 +229,6 @@ def scenario(condition: Condition) -> str:
         for name, values in condition.overrides.items()
     }
     return str(yaml.safe_dump(content, sort_keys=False))
-
-
-def _write_for_a_paper(plan: StudyPlan, about: dict[str, Any], flights: Any, out: Path) -> None:
-    import pandas
-
-    titles = {controller.name: controller.title for controller in plan.controllers}
-    rows = comparison_rows(about, pandas.read_parquet(out / "comparison.parquet"))
-    _write_text(latex(rows), out / "costs.tex")
-    for figure in (cost_figure(flights, titles), *tuning_figures(pandas.read_parquet(out / "trials.parquet"), titles)):
-        if figure.key != "plateau":
-            save(figure, out / f"{figure.key}.pdf", _WIDTH)
 
 
 def alike(flights: Any) -> list[str]:

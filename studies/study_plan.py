@@ -3,6 +3,7 @@
 import hashlib
 import re
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -318,9 +319,14 @@ def _full_name(law: str, key: str) -> str:
     return key if key.startswith("prediction.") else f"{law}.{key}"
 
 
+@cache
+def _specs(node: str, law: str) -> Mapping[str, Any]:
+    return {field.name: field.spec for field in resolve(node, {"law": law}).all_fields()}
+
+
 def _spec(place: str, node: str, law: str, name: str) -> Any:
     """Return what a parameter of a node with this law may be. Raises ParameterError, with the place, if it has none."""
-    known = {field.name: field.spec for field in resolve(node, {"law": law}).all_fields()}
+    known = _specs(node, law)
     if name not in known:
         raise ParameterError(f"{place}: found {name}, which law {law} does not have{nearest(name, list(known))}")
     return known[name]

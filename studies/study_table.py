@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from quad_analysis.text import in_latex
+from quad_analysis.text import in_latex, tabular
 
 
 def tables(directory: Path) -> str:
@@ -52,23 +52,11 @@ def comparison_rows(facts: Mapping[str, Any], costs: Any) -> list[list[str]]:
 
 def latex(rows: Sequence[Sequence[str]]) -> str:
     """Return rows, the head first, as a LaTeX tabular without packages; cells in ``**`` are bold."""
-    lines = [
-        " & ".join(rf"\textbf{{{in_latex(cell.strip('*'))}}}" if cell[:2] == "**" else in_latex(cell) for cell in row)
+    cells = [
+        [rf"\textbf{{{in_latex(cell.strip('*'))}}}" if cell[:2] == "**" else in_latex(cell) for cell in row]
         for row in rows
     ]
-    head, *body = [rf"{line} \\" for line in lines]
-    return "\n".join(
-        [
-            rf"\begin{{tabular}}{{{'l' * len(rows[0])}}}",
-            r"\hline",
-            head,
-            r"\hline",
-            *body,
-            r"\hline",
-            r"\end{tabular}",
-            "",
-        ]
-    )
+    return tabular("l" * len(rows[0]), cells) + "\n"
 
 
 def _line(cells: Sequence[str]) -> str:

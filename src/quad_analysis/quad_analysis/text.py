@@ -63,8 +63,7 @@ def csv_table(names: Sequence[str], metrics: Sequence[FlightMetrics]) -> str:
 
 def latex_table(names: Sequence[str], metrics: Sequence[FlightMetrics]) -> str:
     """Return a LaTeX tabular without packages, one line per metric that a flight has, the least of several bold."""
-    lines = [rf"\begin{{tabular}}{{l{'r' * len(names)}l}}", r"\hline"]
-    lines += [" & ".join(["metric", *map(in_latex, names), "unit"]) + r" \\", r"\hline"]
+    rows = [["metric", *map(in_latex, names), "unit"]]
     for name, about in METRICS.items():
         values = [getattr(item, name) for item in metrics]
         known = {value for value in values if value is not None}
@@ -73,8 +72,15 @@ def latex_table(names: Sequence[str], metrics: Sequence[FlightMetrics]) -> str:
         cells = [rf"$\mathbf{{{cell}}}$" if cell == least else cell if cell == "--" else f"${cell}$" for cell in shown]
         unit = rf"$\mathrm{{{about.unit.replace(' ', '~')}}}$" if about.unit else ""
         if known:
-            lines.append(" & ".join([name.replace("_", " "), *cells, unit]) + r" \\")
-    return "\n".join([*lines, r"\hline", r"\end{tabular}"])
+            rows.append([name.replace("_", " "), *cells, unit])
+    return tabular(f"l{'r' * len(names)}l", rows)
+
+
+def tabular(columns: str, rows: Sequence[Sequence[str]]) -> str:
+    """Return cells that are LaTeX already, the head first, as a tabular with lines around head and body."""
+    head, *body = [" & ".join(row) + r" \\" for row in rows]
+    begin = [rf"\begin{{tabular}}{{{columns}}}", r"\hline", head, r"\hline"]
+    return "\n".join([*begin, *body, r"\hline", r"\end{tabular}"])
 
 
 def _number(value: float) -> str:
