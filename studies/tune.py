@@ -2,9 +2,10 @@
 
 All controllers of a plan get the same sampler, budget, flights and objective. The objective is the mean over the
 flights of position RMSE over its scale plus torque variation per second over its scale. A flight that does not end
-costs a fixed amount plus the share that was not flown. Trial 0 sets each knob to the default of its first parameter,
-within the knob's bounds. Each controller is tuned as often as the plan says, by the sampler's seeds 1, 2, ...; a tuning
-that is there is not made again, and one that was stopped goes on with its next trial exactly as if it had not been.
+costs a fixed amount, and again the share of it that was not flown. Trial 0 sets each knob to the default of its first
+parameter, within the knob's bounds. Each controller is tuned as often as the plan says, by the sampler's seeds 1, 2,
+...; a tuning that is there is not made again, and one that was stopped goes on with its next trial exactly as if it had
+not been.
 """
 
 import argparse

@@ -43,15 +43,16 @@ def request_table() -> str:
 
 
 GROUND = (
-    "In DISARMED, PILOT and KILL nothing changes, but: a guard that stopped the motors is KILL, and a pilot who takes "
-    "over is PILOT, in DISARMED too. Until a vehicle that takes off is clear of the ground, 0.7 m above it, HOLD is "
-    "LAND, on request too: what holds there slides."
+    "In DISARMED, PILOT and KILL nothing changes, but in DISARMED a guard that stopped the motors is KILL, and a "
+    "pilot who takes over is PILOT. Until a vehicle that takes off is clear of the ground, HOLD is LAND, on request "
+    "too: what holds there slides. It is clear 0.7 m above where it was armed, after 2 s higher than 0.15 m, or where "
+    "its estimate is 1.4 m higher. A GOTO, and the height of a take-off that is lower, hold all the same."
 )
 TOLD = (
-    "The battery level comes from `battery_state` (`sensor_msgs/BatteryState`), published by a battery driver or the "
-    "vehicle interface, else from the autopilot. Without either the battery counts as full. The trust in the position, "
-    "an estimator's reset, a pilot and a land detector come from an autopilot's bridge (`flight/autopilot`). Without "
-    "an autopilot these rows are never triggered. The guard judges states for itself."
+    "The battery level comes from `battery_state` (`sensor_msgs/BatteryState`), published by a battery driver, else "
+    "from the autopilot. Without either the battery counts as full. The trust in the position, a pilot and a land "
+    "detector come from an autopilot's bridge (`flight/autopilot`); without an autopilot these rows are never "
+    "triggered. An estimator's reset comes from a bridge or the odometry relay. The guard judges states for itself."
 )
 REFUSAL = (
     "A request is refused if a condition would end its mode at once; the answer names the condition. DISARM in PILOT "

@@ -40,7 +40,8 @@ STANDARD_TYPES = {
     "sensor_msgs/BatteryState": (
         "`percentage`: share of full, 0 to 1, NaN where it is unknown. Best effort, so that any driver matches; no "
         "node of this stack publishes it. The commander lands below `modes.battery_low` and does not arm below "
-        "`arming.battery`, nor on a percentage beyond 0 to 1; without a message the battery counts as full."
+        "`arming.battery`, nor on a percentage beyond 0 to 1. Without a message an autopilot's "
+        "counts, without either it is full."
     ),
     "rosgraph_msgs/Clock": "Flight time for tools, once in `clock_period_steps`; no control decision depends on it.",
 }
@@ -54,7 +55,11 @@ that join later. A *step* topic has exactly one message per step of its publishe
 newest message; between the nodes it is `NAME/steps`, not latched. The payload hash covers the step topics but
 `flight/mode`, which names the run. Every node also publishes `diagnostics` (diagnostic_msgs/DiagnosticArray) at 1 Hz.
 For viewers the recorder makes, publishes and records `pose`, `reference_pose` (geometry_msgs/PoseStamped) and `/tf`
-(tf2_msgs/TFMessage).
+(tf2_msgs/TFMessage); beside the odometry relay it records them alone.
+
+*to*: the nodes that the publisher waits for before a flight. Others read too: the odometry relay `actuation` and
+`flight/mode`, the commander `flight/events`, a vehicle interface without a commander `reference` and
+`attitude_setpoint`, the bridges of autopilots `attitude_setpoint`.
 """
 PARAMETERS_HEAD = """# Parameters
 

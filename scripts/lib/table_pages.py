@@ -84,15 +84,18 @@ SERVICES_HEAD = """# Services and events
 
 ## Services
 
-All are `std_srvs/Trigger`, but `goto`, a `quad_msgs/Goto` with the place. The answer says done, or why not. Names are
-relative. `command` calls them. Every node also has the parameter services of ROS 2.
+All are `std_srvs/Trigger`, but `goto`, a `quad_msgs/Goto` with the place. The answer says when it takes effect, or
+why not. Names are relative. `command` calls them. Every node also has the parameter services of ROS 2.
 """
 EVENTS_HEAD = """## Events
 
-Topic `flight/events` (`FlightEvent`): severity, kind and one line of text. Events of a scenario and changes of mode
-have the kind of that event or mode.
+Topic `flight/events` (`FlightEvent`): severity, kind and one line of text. Events of a scenario have the kind of that
+event, changes of mode the kind `mode`, granted requests `request`, what a bridge asks of its autopilot
+`px4_command` and the like.
 """
-EVENTS: dict[str, str] = yaml.safe_load(Path(__file__).with_name("event_meanings.yaml").read_text(encoding="utf-8"))
+EVENTS: dict[str, str | dict[str, str]] = yaml.safe_load(
+    Path(__file__).with_name("event_meanings.yaml").read_text(encoding="utf-8")
+)
 
 
 def rows(head: list[str], lines: Iterable[list[str]]) -> str:
@@ -171,7 +174,8 @@ def about(kind: str, name: str) -> str:
 def services_page() -> str:
     """Return docs/reference/services_and_events.md."""
     asks = "asks for {}; refused where the mode does not allow it"
-    calls = [[f"`{one.name.lower()}`", "commander", asks.format(one.name)] for one in SERVICES]
+    calls = [[f"`{one.name.lower()}`", "commander", asks.format(one.name)] for one in SERVICES if one != Request.END]
+    calls.append(["`end`", "commander", "ends the flight as Ctrl-C does; never refused"])
     services = rows(["service", "node", "what it does"], calls)
     events = rows(["kind", "severity", "package", "what it means"], event_rows())
     return "\n".join([SERVICES_HEAD, services, EVENTS_HEAD, events])
@@ -197,10 +201,15 @@ def event_rows() -> list[list[str]]:
     for kind, (_, packages) in found.items():
         if not packages:  # sent by a name
             packages |= {path.relative_to(ROOT / "src").parts[0] for path in sources if f'"{kind}"' in sources[path]}
-    return [
-        [f"`{kind}`", ", ".join(sorted(severities)) or "warning", ", ".join(sorted(packages)), EVENTS[kind]]
-        for kind, (severities, packages) in sorted(found.items())
-    ]
+    return [event_row(kind, *found[kind]) for kind in sorted(found)]
+
+
+def event_row(kind: str, severities: set[str], packages: set[str]) -> list[str]:
+    """Return the row of one kind; a meaning may give severity and package that its source does not show."""
+    meaning = EVENTS[kind]
+    if isinstance(meaning, dict):
+        return [f"`{kind}`", meaning["severity"], meaning["package"], meaning["means"]]
+    return [f"`{kind}`", ", ".join(sorted(severities)) or "warning", ", ".join(sorted(packages)), meaning]
 
 
 class _CapturedError(Exception):

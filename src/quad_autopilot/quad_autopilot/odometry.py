@@ -1,7 +1,7 @@
 """From an autopilot's estimate to the state of the flight: what is accepted, what is dropped, what is a jump.
 
-A law that computes with a wrong dt tumbles. In real time a controller takes the time since its last answer for dt, but
-only between half and twice its announced period. So the spacing of estimates must fit, or no flight begins.
+In real time a controller takes the time since its last answer for dt. Gains that are tuned for a period need not stand
+twice that. So the spacing of estimates must fit what is announced, or no flight begins.
 """
 
 import math

@@ -33,7 +33,7 @@ _EXAMPLES = """examples:
 Flight n of a campaign is the same flight however many there are and wherever it is flown. DIR holds flights.parquet
 (a row per flight), report.html and campaign.json. Compiled code is kept in QUAD_CACHE_DIR
 (default: quad_campaign in the user's cache); without a folder that can be written it is compiled each time.
-Exit codes: 0 flown, 1 a flight could not be flown, 2 bad usage."""
+Exit codes: 0 flown, 1 a flight could not be flown, 2 bad usage, 130 interrupted."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -87,7 +87,8 @@ class Result(NamedTuple):
 def from_names(case: str, **choices: Any) -> Flight:
     """Return the flight that ``scripts/fly CASE`` flies with these choices, the fields of ``set_up.Request``.
 
-    For example ``from_names("case1", preset="tuned", seed=7, settings=["vehicle.mass=0.6"])``. Raises ParameterError or
+    For example ``from_names("case1", preset="tuned", seed=7, settings=["vehicle.mass=0.6"])``. Without a commander, an
+    odometry relay and shadows: modes, missions and estimators are flown over ROS alone. Raises ParameterError or
     PluginError naming the file or key, what was found and what was expected.
     """
     unknown = [name for name in choices if name not in Request._fields]

@@ -1,4 +1,4 @@
-"""One flight through readers that share no code with ours: each gives {topic: (count, digest over all values)}."""
+"""One flight through readers of others: each gives {topic: (count, digest over all values)}."""
 
 import hashlib
 import struct

@@ -37,9 +37,10 @@ _EXAMPLES = """examples:
   log COMMAND --help
 
 A BAG is a bag directory or one of its files, closed or not; topics are found in any namespace, or in --namespace.
-Exit codes: 0 good, 1 the flight or the bag is not, 2 bad usage, no readable bag or a defect of log. A bag that is no
-whole record of one flight, as every log of others, gives 1 in metrics, check, hash, replay and report. In metrics and
-report 1 means that alone: a failed flight gives 0. Lines of check begin with FAIL, unknown or ok."""
+Exit codes: 0 good, 1 the flight or the bag is not, 2 bad usage, no readable bag or a defect of log, 130 interrupted.
+A bag that is no whole record of one flight, as every log of others, gives 1 in metrics, check, hash, replay and report.
+In metrics and report 1 means that alone: a failed flight gives 0. Lines of check begin with FAIL, unknown, ok or
+note."""
 
 
 def _info(options: argparse.Namespace) -> int:
@@ -139,8 +140,8 @@ def _export(options: argparse.Namespace) -> int:
     """Write topics as CSV or Parquet files; 1 if a topic cannot be read: it is named, the others written.
 
     Without --out they are written into NAME-csv or NAME-parquet in this directory. --one-table writes the numbers of
-    all topics that metrics read, or of --topic, into one file, flight.csv: a row per state of the vehicle, each value
-    that of the newest message up to then.
+    all topics that metrics read, or of --topic, into one file, flight.csv or .parquet: a row per state of the vehicle,
+    each value that of the newest message up to then.
 
     log export flights/case1-1-1 --topic truth --topic reference --out tables
     log export flights/case1-1-1 --one-table --parquet
