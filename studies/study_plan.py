@@ -1,27 +1,50 @@
 """The plan of a study as YAML: controllers, knobs with bounds, objective, conditions, seeds; the gains it led to."""
 
 import hashlib
+import math
 import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import yaml
 
 from quad_core.cascade import VEHICLE_INTERFACES
 from quad_core.parameter_files import StrictLoader, read_parameter_file
-from quad_core.parameters import ParameterError, Real, Value, nearest
+from quad_core.parameters import Field, Flag, ParameterError, Real, Spec, Text, Value, Whole, checked, nearest
 from quad_core.plugins import PluginError
 from quad_core.resolution import resolve
 from quad_flight import set_up
 from quad_flight.flight import Flight, flight_from_parameters
 
 Overrides = dict[str, dict[str, Value]]
-_TOP = ("name", "tuning", "study", "controllers")
-_TUNING = ("trials", "tunings", "seeds", "cases", "plants", "objective")
-_OBJECTIVE = ("rmse_scale", "variation_scale", "failure")
-_STUDY = ("held_out_first", "cases", "plants", "start", "resamples", "bootstrap_seed")
+_COUNT, _SEED, _TEXT, _MAPPING = Whole("", "", 1, 10**9), Whole("", "", 0, 10**9), Text(""), dict
+_SCALE, _BOUND = Real("", "", 1e-12, 1e12), Real("", "", -1e12, 1e12)
+# {section: {key: what it may be}}; [kind] is a list of it
+_TOP = {"name": _TEXT, "tuning": _MAPPING, "study": _MAPPING, "controllers": _MAPPING}
+_TUNING = {
+    "trials": _COUNT,
+    "tunings": _COUNT,
+    "seeds": [_SEED],
+    "cases": [_TEXT],
+    "plants": [_TEXT],
+    "objective": _MAPPING,
+}
+_OBJECTIVE = {"rmse_scale": _SCALE, "variation_scale": _SCALE, "failure": _SCALE}
+_STUDY = {
+    "held_out_first": _SEED,
+    "cases": [_TEXT],
+    "plants": [_TEXT],
+    "start": _TEXT,
+    "resamples": _COUNT,
+    "bootstrap_seed": _SEED,
+}
+_LAWS = {"title": _TEXT, "position": _TEXT, "attitude": _TEXT}
+_FREE = {"fixed": _MAPPING, "knobs": _MAPPING}
+_KNOB = {"node": _TEXT, "parameters": [_TEXT]}
+_BOUNDS = {"low": _BOUND, "high": _BOUND, "log": Flag("")}
 _NODES = {"position_controller": "position", "attitude_controller": "attitude"}
 
 
@@ -234,41 +257,28 @@ def _condition(place: str, entry: Any) -> Overrides:
 
 
 def _plan(path: Path, content: Any) -> StudyPlan:
-    top = _section(content, "", _TOP, ("parts",))
-    tuning = _section(top["tuning"], "tuning", _TUNING, ("conditions",))
+    top = _section(content, "", _TOP, {"parts": _MAPPING})
+    tuning = _section(top["tuning"], "tuning", _TUNING, {"conditions": None})
     objective = _section(tuning["objective"], "tuning.objective", _OBJECTIVE)
-    study = _section(top["study"], "study", _STUDY, ("conditions",))
+    study = _section(top["study"], "study", _STUDY, {"conditions": None})
     tuned = read_conditions("tuning.conditions", tuning.get("conditions", {"nominal": {}}))
     flown = read_conditions("study.conditions", study["conditions"]) if "conditions" in study else tuned
-    if not isinstance(top["controllers"], dict) or not top["controllers"]:
+    if not top["controllers"]:
         raise ParameterError("controllers: expected names with laws and knobs")
     return StudyPlan(
         path,
-        str(top["name"]),
-        Tuning(
-            int(tuning["trials"]),
-            int(tuning["tunings"]),
-            tuple(map(int, tuning["seeds"])),
-            tuple(tuning["cases"]),
-            tuple(tuning["plants"]),
-            Objective(*(float(objective[key]) for key in _OBJECTIVE)),
-            tuned,
-        ),
-        Comparison(
-            int(study["held_out_first"]),
-            tuple(study["cases"]),
-            tuple(study["plants"]),
-            str(study["start"]),
-            int(study["resamples"]),
-            int(study["bootstrap_seed"]),
-            flown,
-        ),
+        top["name"],
+        Tuning(**{**tuning, "objective": Objective(**objective), "conditions": tuned}),
+        Comparison(**{**study, "conditions": flown}),
         tuple(_controller(str(name), body, top.get("parts", {})) for name, body in top["controllers"].items()),
         path.parent / f"{path.stem}_gains",
     )
 
 
-def _section(content: Any, name: str, keys: tuple[str, ...], optional: tuple[str, ...] = ()) -> dict[str, Any]:
+def _section(
+    content: Any, name: str, keys: Mapping[str, Any], optional: Mapping[str, Any] = MappingProxyType({})
+) -> dict[str, Any]:
+    """Return the values of a section, each of the kind that its key may have; what is None stays as it is."""
     expected = f"expected the keys {', '.join(keys)}"
     if not isinstance(content, dict):
         raise ParameterError(f"{name or 'top'}: found {type(content).__name__}, {expected}")
@@ -276,42 +286,58 @@ def _section(content: Any, name: str, keys: tuple[str, ...], optional: tuple[str
     unknown = [key for key in content if key not in (*keys, *optional)]
     if missing or unknown:
         raise ParameterError(f"{name or 'top'}: found {', '.join(map(str, content))}, {expected}")
-    return content
+    kinds = {**keys, **optional}
+    return {key: _of_kind(f"{name}.{key}".lstrip("."), kinds[key], value) for key, value in content.items()}
+
+
+def _of_kind(place: str, kind: Spec | list[Spec] | type[dict[str, Any]] | None, value: Any) -> Any:
+    """Return ``value`` as what ``kind`` says, else raise ParameterError saying found and expected."""
+    if kind is None:
+        return value
+    if kind is _MAPPING:
+        if not isinstance(value or {}, dict):
+            raise ParameterError(f"{place}: found {value!r}, expected keys with values")
+        return value or {}
+    if isinstance(kind, list):
+        if not isinstance(value, list) or not value:
+            raise ParameterError(f"{place}: found {value!r}, expected a list of one value or more")
+        return tuple(_of_kind(f"{place}[{index}]", kind[0], each) for index, each in enumerate(value))
+    return checked(Field(place, kind, 0), value)
 
 
 def _controller(name: str, body: Any, parts: Any) -> Controller:
     place = f"controllers.{name}"
-    found = _section(body, place, ("title", "position", "attitude"), ("parts", "fixed", "knobs"))
-    laws = {node: str(found[key]) for node, key in _NODES.items()}
+    found = _section(body, place, _LAWS, {"parts": [_TEXT], **_FREE})
+    laws = {node: found[key] for node, key in _NODES.items()}
     fixed: Overrides = {}
     knobs: dict[str, Knob] = {}
     for shared in [*found.get("parts", ()), None]:
         if shared is not None and shared not in parts:
             raise ParameterError(f"{place}.parts: found {shared!r}, expected one of {', '.join(parts) or 'none'}")
         there = f"{place}" if shared is None else f"parts.{shared}"
-        part = found if shared is None else _section(parts[shared], there, (), ("fixed", "knobs"))
-        for node, values in (part.get("fixed") or {}).items():
+        part = found if shared is None else _section(parts[shared], there, {}, _FREE)
+        for node, values in part.get("fixed", {}).items():
             if node not in laws:
                 raise ParameterError(f"{there}.fixed.{node}: expected one of {', '.join(laws)}")
-            for key, value in values.items():
+            for key, value in _of_kind(f"{there}.fixed.{node}", _MAPPING, values).items():
                 full = _full_name(laws[node], key)
                 _spec(f"{there}.fixed.{node}.{key}", node, laws[node], full)
                 fixed.setdefault(node, {})[full] = value
-        for key, knob in (part.get("knobs") or {}).items():
+        for key, knob in part.get("knobs", {}).items():
             knobs[str(key)] = _knob(f"{there}.knobs.{key}", str(key), laws, knob)
     return Controller(
-        name, str(found["title"]), laws["position_controller"], laws["attitude_controller"], fixed, (*knobs.values(),)
+        name, found["title"], laws["position_controller"], laws["attitude_controller"], fixed, (*knobs.values(),)
     )
 
 
 def _knob(place: str, name: str, laws: Mapping[str, str], body: Any) -> Knob:
-    found = _section(body, place, ("node", "parameters"), ("low", "high", "log"))
-    node = str(found["node"])
+    found = _section(body, place, _KNOB, _BOUNDS)
+    node = found["node"]
     if node not in laws:
         raise ParameterError(f"{place}.node: found {node!r}, expected one of {', '.join(laws)}")
-    low, high = float(found.get("low", float("nan"))), float(found.get("high", float("nan")))
+    low, high = found.get("low", math.nan), found.get("high", math.nan)
     names = tuple(_full_name(laws[node], key) for key in found["parameters"])
-    return _bounded(place, Knob(name, node, names, low, high, bool(found.get("log", False))), laws[node])
+    return _bounded(place, Knob(name, node, names, low, high, found.get("log", False)), laws[node])
 
 
 def _full_name(law: str, key: str) -> str:

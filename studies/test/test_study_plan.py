@@ -89,6 +89,48 @@ def test_what_does_not_fit_is_refused_by_name(tmp_path, change, message):
         read(tmp_path, plan_content)
 
 
+@pytest.mark.parametrize(("place", "value", "expected"), [
+    ("name", 3, "expected text"),
+    ("tuning.trials", "many", r"found 'many' \(str\), expected an integer in \[1, 1000000000\]"),
+    ("tuning.trials", -5, r"found -5, expected an integer in \[1, "),
+    ("tuning.trials", 12.7, r"found 12.7 \(float\), expected an integer"),
+    ("tuning.trials", True, r"found True \(bool\), expected an integer"),
+    ("tuning.tunings", 0, r"found 0, expected an integer in \[1, "),
+    ("tuning.seeds", 4, "found 4, expected a list of one value or more"),
+    ("tuning.seeds", [], r"found \[\], expected a list of one value or more"),
+    ("tuning.seeds", [1, "2"], r"found '2' \(str\), expected an integer"),
+    ("tuning.cases", "case1", "found 'case1', expected a list of one value or more"),
+    ("tuning.plants", [1], "found 1, expected text"),
+    ("tuning.objective.rmse_scale", -1.0, r"found -1.0, expected a number in \[1e-12, "),
+    ("tuning.objective.variation_scale", float("nan"), "found nan, expected a number"),
+    ("tuning.objective.failure", "big", r"found 'big' \(str\), expected a number"),
+    ("study.held_out_first", "1001", r"found '1001' \(str\), expected an integer"),
+    ("study.start", 3, "found 3, expected text"),
+    ("study.cases", "case2", "expected a list of one value or more"),
+    ("study.resamples", 0, r"found 0, expected an integer in \[1, "),
+    ("study.bootstrap_seed", -1, "found -1, expected an integer"),
+    ("controllers.mine.title", 7, "expected text"),
+    ("controllers.mine.position", 7, "expected text"),
+    ("controllers.mine.parts", "help", "expected a list of one value or more"),
+    ("controllers.mine.fixed", ["a"], r"found \['a'\], expected keys with values"),
+    ("controllers.mine.fixed.attitude_controller", 3, "found 3, expected keys with values"),
+    ("controllers.mine.knobs", 3, "found 3, expected keys with values"),
+    ("controllers.mine.knobs.p.node", 3, "expected text"),
+    ("controllers.mine.knobs.p.parameters", "xy.position", "expected a list of one value or more"),
+    ("controllers.mine.knobs.p.low", "one", r"found 'one' \(str\), expected a number"),
+    ("controllers.mine.knobs.p.log", "yes", "found 'yes', expected true or false"),
+    ("parts", ["help"], r"found \['help'\], expected keys with values"),
+])  # fmt: skip
+def test_a_value_of_another_type_or_out_of_range_is_refused_with_its_key(tmp_path, place, value, expected):
+    plan_content = body = content()
+    *above, key = place.split(".")
+    for name in above:
+        body = body[name]
+    body[key] = value
+    with pytest.raises(ParameterError, match=rf"small.yaml: {place}[^ ]*: .*{expected}"):
+        read(tmp_path, plan_content)
+
+
 @pytest.mark.parametrize(
     ("node", "key", "message"),
     [
