@@ -61,10 +61,10 @@ A node exits with the code of its flight. `command` exits with 0: done, 1: refus
 METRICS_HEAD = """# Metrics
 
 Computed from a bag by `scripts/log metrics`, `report`, `check` and at the end of `scripts/fly`. `p` is `truth`, or
-`state` where the bag has no truth or the laws fly on an autopilot's estimate. `p_d` is `reference`, compared at the steps for which it was computed. Time starts
-at the end of the approach (`trajectory_time` 0). With a mission, only MISSION counts. Each command is held until the
-next one. `n/a`: the data is missing, the event never happened,
-or, of the two over frequencies, commands that are not evenly spaced (real time).
+`state` where the bag has no truth or the laws fly on an autopilot's estimate. `p_d` is `reference`, compared at the
+steps for which it was computed. Time starts at the end of the approach (`trajectory_time` 0). With a mission, only
+MISSION counts. Each command is held until the next one. `n/a`: the data is missing, the event never happened, or, of
+the two over frequencies, commands that are not evenly spaced (real time).
 """
 MODES_HEAD = """# Modes, conditions and guard reasons
 
