@@ -301,7 +301,7 @@ def _import(options: argparse.Namespace) -> int:
     """Make a bag of a log of others (ULog, tlog, Crazyflie micro-SD, rosbag2, CSV, Parquet); say what is doubtful.
 
     --map names the columns: px4, mavlink, crazyflie, nanobench, idsia, ros, bag, or a file of your own. ULog, Crazyflie
-    logs and bags have a map by default. Without --out the bag is written into NAME in this directory.
+    logs and bags have a map by default, .tlog too. Without --out the bag is written into NAME in this directory.
 
     log import flight.ulg --out flights/real-1
     log import lap.csv --map my_map.yaml --out flights/real-2
