@@ -154,7 +154,7 @@ def _parser() -> argparse.ArgumentParser:
         ),
         ("--out", "DIR", "the bag's directory (default: flights/CASE-SEED-N)", {"type": Path}),
         ("--set", "NODE.PARAM=VALUE", "repeatable, as --limits, --own and --shadow", {**several, "dest": "settings"}),
-        ("--limits", "FILE|METRIC=VALUE", "limits of the verdict (default: those of the start; a bridge's)", {"action": "append"}),
+        ("--limits", "FILE|METRIC=VALUE", "limits of the verdict (default: by the start)", {"action": "append"}),
         ("--namespace", "NAME", "namespace of the vehicle", {"default": ""}),
         ("--domain", "N", "ROS domain (default: one that no other flight uses)", {"type": int}),
     )
