@@ -1,5 +1,6 @@
 """Figures for a paper: what a report shows, drawn by matplotlib as PDF, SVG or PNG of an exact width."""
 
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,12 @@ from quad_report.flight_figures import Playback, Run, inside_figures, paper_figu
 
 KINDS = (".pdf", ".svg", ".png")
 _INCH = 25.4  # mm
+_LETTER, _HANDLE, _ROW = (
+    1.5,
+    9.0,
+    4.0,
+)  # mm: width of a letter, of what stands before a name in a legend, height of a row
+_TICK = 24  # letters of a name below an axis in one line
 _STYLE = {
     "font.size": 8.0,
     "axes.linewidth": 0.6,
@@ -38,15 +45,32 @@ def save(figure: Figure | Playback, path: Path, width: float, height_mm: float |
         raise FlightLogError(f"{path}: found {path.suffix!r}, expected {', '.join(KINDS)}")
     mpl, canvases = needed("matplotlib", "a figure"), needed("matplotlib.figure", "a figure")
     panels = 1 if isinstance(figure, Playback) else len(figure.panels)
-    tall = height_mm or (0.8 * width if isinstance(figure, Playback) else 10.0 + 0.38 * width * panels**0.8)
+    names = _names(figure)
+    columns = max(1, min(4, int(width / (_LETTER * max(map(len, names), default=0) + _HANDLE))))
+    above = _ROW * ((len(names) - 1) // columns)
+    tall = height_mm or (0.8 * width if isinstance(figure, Playback) else 10.0 + 0.38 * width * panels**0.8 + above)
+    if not isinstance(figure, Playback) and figure.ticks and not height_mm:
+        tall += _LETTER * max(len(line) for line in "\n".join(_wrapped(figure.ticks)).splitlines())
     with mpl.rc_context(_STYLE):
         canvas = canvases.Figure(figsize=(width / _INCH, tall / _INCH), layout="constrained")
         handles, labels = _space(canvas, figure) if isinstance(figure, Playback) else _panels(canvas, figure)
         if len(labels) > 1:
-            canvas.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 4), frameon=False)
+            canvas.legend(handles, labels, loc="outside upper center", ncols=columns, frameon=False)
         path.parent.mkdir(parents=True, exist_ok=True)
         dates = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}, ".png": {}}
         canvas.savefig(path, metadata=dates[path.suffix])
+
+
+def _names(figure: Figure | Playback) -> set[str]:
+    """Return what a legend above the figure names: nothing where the axis does."""
+    if isinstance(figure, Playback):
+        return {run.name for run in figure.runs} | {"reference"}
+    return set() if figure.ticks else {line.label for panel in figure.panels for line in panel.lines}
+
+
+def _wrapped(ticks: Sequence[str]) -> list[str]:
+    """Return names below an axis in lines that are short enough to stand there at an angle."""
+    return ["\n".join(textwrap.wrap(tick, _TICK)) for tick in ticks]
 
 
 def _panels(canvas: Any, figure: Figure) -> tuple[list[Any], list[str]]:
@@ -66,7 +90,7 @@ def _panels(canvas: Any, figure: Figure) -> tuple[list[Any], list[str]]:
             ax.set(xlim=figure.span, ylim=shown)
     axes[-1].set(xlabel=figure.x_label, xscale="log" if figure.logarithmic else "linear")
     if figure.ticks:
-        axes[-1].set_xticks(range(len(figure.ticks)), figure.ticks, rotation=45, ha="right")
+        axes[-1].set_xticks(range(len(figure.ticks)), _wrapped(figure.ticks), rotation=45, ha="right")
         return [], []  # the axis names what is drawn
     return list(named.values()), list(named)
 

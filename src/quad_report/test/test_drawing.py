@@ -5,6 +5,7 @@ import warnings
 import zlib
 
 import drawn_flights
+import matplotlib.figure
 import numpy as np
 import pytest
 
@@ -50,6 +51,32 @@ def test_columns_of_dots_are_drawn_over_their_names(tmp_path):
     assert "<!-- PID -->" in drawn
     assert drawn.count("<use ") >= 2
     assert "<!-- pid -->" not in drawn  # no legend beside the axis that names it
+
+
+@pytest.mark.parametrize("ticks", [False, True])
+@pytest.mark.parametrize("width", [85.0, 170.0])
+@pytest.mark.parametrize("name", ["PID", "AIBS + ABFNITSM, no disturbance observer"])
+def test_long_names_of_six_controllers_stay_within_the_figure(ticks, width, name, tmp_path, monkeypatch):
+    names = tuple(f"{name} {k}" for k in range(6))
+    lines = tuple(Line(each, each, (np.arange(3.0), np.arange(3.0) + 1.0)) for each in names)
+    figure = Figure("costs", "t", "c", (Panel("cost", lines),), "", ticks=names if ticks else ())
+    drawn = []
+    original = matplotlib.figure.Figure.savefig
+    monkeypatch.setattr(
+        matplotlib.figure.Figure,
+        "savefig",
+        lambda self, *given, **named: (drawn.append(self), original(self, *given, **named)),
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        save(figure, tmp_path / "costs.pdf", width)
+    (canvas,) = drawn
+    box, axes = canvas.get_tightbbox(), canvas.axes[0].get_position()
+    assert min(box.x0, box.y0) > -0.01
+    assert box.x1 < canvas.get_figwidth() + 0.01
+    assert box.y1 < canvas.get_figheight() + 0.01
+    assert axes.height * canvas.get_figheight() > 0.35 * canvas.get_figwidth() * 0.5
+    assert axes.width > 0.5
 
 
 def test_a_spectrum_of_nothing_is_drawn_without_a_warning(tmp_path):
