@@ -194,7 +194,9 @@ def test_the_shipped_plan_and_gains_fly_what_they_say():
     assert len(limits) == 1
 
 
-@pytest.mark.parametrize("name", ["ideal_plant", "laws_x500", "published", "real_x500", "real_paper", "real_crazyflie21"])
+@pytest.mark.parametrize(
+    "name", ["ideal_plant", "laws_x500", "published", "real_x500", "real_paper", "real_crazyflie21"]
+)
 def test_shipped_plans_are_read(name):
     plan = study_plan.read_plan(Path(study_plan.__file__).with_name(f"{name}.yaml"))
     assert all(condition in plan.study.conditions for condition in plan.tuning.conditions)

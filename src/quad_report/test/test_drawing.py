@@ -75,7 +75,7 @@ def test_long_names_of_six_controllers_stay_within_the_figure(ticks, width, name
     assert min(box.x0, box.y0) > -0.01
     assert box.x1 < canvas.get_figwidth() + 0.01
     assert box.y1 < canvas.get_figheight() + 0.01
-    assert axes.height * canvas.get_figheight() > 0.35 * canvas.get_figwidth() * 0.5
+    assert axes.height * canvas.get_figheight() > 0.17 * canvas.get_figwidth()
     assert axes.width > 0.5
 
 
