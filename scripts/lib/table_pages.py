@@ -64,7 +64,8 @@ Computed from a bag by `scripts/log metrics`, `report`, `check` and at the end o
 `state` where the bag has no truth or the laws fly on an autopilot's estimate. `p_d` is `reference`, compared at the
 steps for which it was computed. Time starts at the end of the approach (`trajectory_time` 0). With a mission, only
 MISSION counts. Each command is held until the next one. `n/a`: the data is missing, the event never happened, or, of
-the two over frequencies, commands that are not evenly spaced (real time).
+the two over frequencies, commands that are not evenly spaced (real time). A study adds `cost` and `over_hover`, the
+integral of the squared thrust over that of hovering, less 1.
 """
 MODES_HEAD = """# Modes, conditions and guard reasons
 
