@@ -60,11 +60,11 @@ def comparison(flights: Any, controllers: Sequence[str]) -> Any:
 
 
 def mean_interval(values: Floats) -> tuple[float, float, float]:
-    """Return the mean and its 95 % interval by Student's t; NaN for that of one value."""
+    """Return the mean and its 95 % interval by Student's t; NaN for that of one or two values, which says nothing."""
     from scipy.stats import t
 
     mean = float(np.mean(values))
-    if len(values) < 2:
+    if len(values) < 3:
         return mean, float("nan"), float("nan")
     half = float(t.ppf(0.975, len(values) - 1) * np.std(values, ddof=1) / np.sqrt(len(values)))
     return mean, mean - half, mean + half

@@ -250,7 +250,10 @@ def test_holm_by_hand():
 def test_costs_over_tunings_by_hand():
     # mean 4, sd 1 of three: 4 +- 4.302653 / sqrt(3), the 97.5 % quantile of Student's t with two degrees of freedom
     np.testing.assert_allclose(mean_interval(np.array([3.0, 4.0, 5.0])), [4.0, 1.515862, 6.484138], rtol=1e-6)
-    assert np.isnan(mean_interval(np.array([4.0]))[1:]).all()
+    for few in ([4.0], [1.0, 9.0]):  # of two the interval would reach from -46 to 56
+        mean, low, high = mean_interval(np.array(few))
+        assert mean == np.mean(few)
+        assert np.isnan([low, high]).all()
     # logarithms 0, 1, 2 and 1, 2, 3: standard error sqrt(2 / 3), four degrees of freedom, t = 1.224745, p = 0.287864
     middle, low, high, p = ratio(np.exp([1.0, 2.0, 3.0]), np.exp([0.0, 1.0, 2.0]))
     half = 2.776445 * np.sqrt(2.0 / 3.0)
