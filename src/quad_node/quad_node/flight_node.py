@@ -107,7 +107,8 @@ class FlightNode:
         self._activate, self._watch, self._deactivate, self._needs = activate, watch, deactivate or self.leave, needs
         self.shut_down = shut_down
         self.links = Links(self.ros, self.roles, self.lockstep, self.shadow)
-        self.events = self.links.events = EventLog(self.name, self.log, self.links.publisher("flight/events", False))
+        events_out = self.links.publisher("flight/events", match=False)
+        self.events = self.links.events = EventLog(self.name, self.log, events_out, self._flight_time)
         self._status_out = self.links.publisher("flight/nodes", match=False)
         self._parameters_out = self.links.publisher("flight/parameters", match=False)
         self._diagnostics_out = self.ros.create_publisher(DiagnosticArray, "diagnostics", topics.stream())
@@ -184,6 +185,10 @@ class FlightNode:
     def missing(self) -> list[str]:
         """Return what the node lacks before it is ready: links, and what it needs besides."""
         return list(dict.fromkeys([*self.links.missing(), *self._needs()]))
+
+    def _flight_time(self) -> int:
+        """Return the time in ns of the step that this node is at, 0 before and after the flight."""
+        return self.current_step * self.flight.plant_period if self.flying else 0
 
     def finish(self, exit_code: int, detail: str) -> None:
         """End this node's work; the process leaves with ``exit_code``."""

@@ -28,6 +28,22 @@ def test_of_a_kind_one_a_second_is_said_an_error_and_what_matters_always_and_all
     assert (first.stamp.nanosec, events.counts) == (2_000_000, {"late": 3, "mode": 3, "failed": 3})
 
 
+def test_an_event_without_a_stamp_of_its_own_has_the_time_of_its_node():
+    times = iter((7_210_000_000, 7_212_000_000, 7_214_000_000, 7_216_000_000))
+    sent = []
+    events = EventLog("/x", Mock(), SimpleNamespace(publish=sent.append), now=lambda: next(times))
+    events.warn("infeasible_reference", "3.72 m")
+    events.error("given_up", "why")
+    events.unusable("state", b"abc", ValueError("cut"))
+    events.info("mode", "HOLD", 2_000_000)
+    assert [event.stamp.sec * 10**9 + event.stamp.nanosec for event in sent] == [
+        7_210_000_000,
+        7_212_000_000,
+        7_214_000_000,
+        2_000_000,
+    ]
+
+
 @pytest.mark.parametrize(
     ("error", "kind", "rejected"), [(ForeignRunError(), "foreign_run", 0), (ValueError("cut"), "rejected_malformed", 1)]
 )
