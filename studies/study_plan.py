@@ -6,7 +6,6 @@ import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import yaml
@@ -259,7 +258,7 @@ def _condition(place: str, entry: Any) -> Overrides:
 def _plan(path: Path, content: Any) -> StudyPlan:
     top = _section(content, "", _TOP, {"parts": _MAPPING})
     tuning = _section(top["tuning"], "tuning", _TUNING, {"conditions": None})
-    objective = _section(tuning["objective"], "tuning.objective", _OBJECTIVE)
+    objective = _section(tuning["objective"], "tuning.objective", _OBJECTIVE, {})
     study = _section(top["study"], "study", _STUDY, {"conditions": None})
     tuned = read_conditions("tuning.conditions", tuning.get("conditions", {"nominal": {}}))
     flown = read_conditions("study.conditions", study["conditions"]) if "conditions" in study else tuned
@@ -275,9 +274,7 @@ def _plan(path: Path, content: Any) -> StudyPlan:
     )
 
 
-def _section(
-    content: Any, name: str, keys: Mapping[str, Any], optional: Mapping[str, Any] = MappingProxyType({})
-) -> dict[str, Any]:
+def _section(content: Any, name: str, keys: Mapping[str, Any], optional: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of a section, each of the kind that its key may have; what is None stays as it is."""
     expected = f"expected the keys {', '.join(keys)}"
     if not isinstance(content, dict):

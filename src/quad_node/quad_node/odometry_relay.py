@@ -124,7 +124,7 @@ class OdometryRelay:
         self._give_up("estimator_silent", f"{self._topic}: {self.estimator.stall or refused} since {since:.3f} s")
 
     def _give_up(self, kind: str, text: str) -> None:
-        self.node.events.error(kind, text, self.node.current_step * self._period)
+        self.node.events.error(kind, text)
         self.node.finish(1, text)
 
     def step(self, message: Odometry | PoseStamped) -> None:

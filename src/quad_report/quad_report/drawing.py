@@ -1,5 +1,6 @@
 """Figures for a paper: what a report shows, drawn by matplotlib as PDF, SVG or PNG of an exact width."""
 
+import math
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
@@ -44,16 +45,12 @@ def save(figure: Figure | Playback, path: Path, width: float, height_mm: float |
     if path.suffix not in KINDS:
         raise FlightLogError(f"{path}: found {path.suffix!r}, expected {', '.join(KINDS)}")
     mpl, canvases = needed("matplotlib", "a figure"), needed("matplotlib.figure", "a figure")
-    panels = 1 if isinstance(figure, Playback) else len(figure.panels)
-    names = _names(figure)
-    columns = max(1, min(4, int(width / (_LETTER * max(map(len, names), default=0) + _HANDLE))))
-    above = _ROW * ((len(names) - 1) // columns)
-    tall = height_mm or (0.8 * width if isinstance(figure, Playback) else 10.0 + 0.38 * width * panels**0.8 + above)
-    if not isinstance(figure, Playback) and figure.ticks and not height_mm:
-        tall += _LETTER * max(len(line) for line in "\n".join(_wrapped(figure.ticks)).splitlines())
     with mpl.rc_context(_STYLE):
-        canvas = canvases.Figure(figsize=(width / _INCH, tall / _INCH), layout="constrained")
+        canvas = canvases.Figure(layout="constrained")
         handles, labels = _space(canvas, figure) if isinstance(figure, Playback) else _panels(canvas, figure)
+        columns = max(1, min(4, int(width / (_LETTER * max(map(len, labels), default=0) + _HANDLE))))
+        tall = height_mm or _height(figure, width, math.ceil(len(labels) / columns))
+        canvas.set_size_inches(width / _INCH, tall / _INCH)
         if len(labels) > 1:
             canvas.legend(handles, labels, loc="outside upper center", ncols=columns, frameon=False)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -61,11 +58,13 @@ def save(figure: Figure | Playback, path: Path, width: float, height_mm: float |
         canvas.savefig(path, metadata=dates[path.suffix])
 
 
-def _names(figure: Figure | Playback) -> set[str]:
-    """Return what a legend above the figure names: nothing where the axis does."""
+def _height(figure: Figure | Playback, width: float, rows: int) -> float:
+    """Return the height in mm of a figure with so many rows of names above it; names below its axis add theirs."""
     if isinstance(figure, Playback):
-        return {run.name for run in figure.runs} | {"reference"}
-    return set() if figure.ticks else {line.label for panel in figure.panels for line in panel.lines}
+        return 0.8 * width
+    below = max((len(line) for tick in _wrapped(figure.ticks) for line in tick.splitlines()), default=0)
+    panels: float = len(figure.panels) ** 0.8
+    return 10.0 + 0.38 * width * panels + _ROW * (rows - 1) + _LETTER * below
 
 
 def _wrapped(ticks: Sequence[str]) -> list[str]:
