@@ -68,7 +68,7 @@ class Simulator:
         self._before_flight: Any = None
         if not self.settings.publish_state:  # an estimator has to be seen before it is flown with
             rate = _WAITING if node.lockstep else seconds(1, self._period)
-            self._before_flight = node.every(rate, lambda: self._publish_for_tools(0))
+            self._before_flight = node.every(rate, lambda: self._publish_for_tools(0, self._published_step))
 
     def activate(self) -> None:
         """Begin the flight: publish step 0."""
@@ -124,10 +124,10 @@ class Simulator:
             if quiet > _UNGUARDED_PATIENCE and not leader.guard.parameters.enabled:
                 leader.end(FlightState.FAILED, f"{COMMAND}: nothing from {COMMANDING} for {quiet:.2f} s")
                 return
-            wrenches.missed += wrenches.newest.step < step
+            wrenches.missed += wrenches.newest.step < step - step % leader.handshake.period(COMMANDING)
         behind = int((now - self._clock_start) * 1e9) // self._period - step
         self.node.events.counts["overruns"] += max(behind - 1, 0)
-        leader.note_pause(seconds(behind, self._period))
+        leader.note_pause(seconds(max(behind - 1, 0), self._period))
         for _ in range(behind):
             if leader.phase == FlightState.FLYING:
                 self.step(publish=self.node.lockstep)
@@ -186,31 +186,31 @@ class Simulator:
 
     def _publish_step(self) -> None:
         """Publish the state first: what no controller waits for goes out while they compute."""
-        step, model = self.node.current_step, self.model
+        step, model, before = self.node.current_step, self.model, self._published_step
         if step > 0:
             self._send(self._actuation_out, model.actuation, model.actuated_step)
         self._published_step = step
         self.leader.asks()
         if self._state_out is None:
-            self._publish_for_tools(step)
+            self._publish_for_tools(step, before)
         else:
             self._send(self._state_out, model.state, step)
         self._send(self._truth_out, model.truth, step)
         self._send(self._disturbance_out, model.disturbance(), step)
         if self._state_out is not None:
-            self._publish_for_tools(step)
+            self._publish_for_tools(step, before)
 
     def _send(self, output: tuple[Publisher, Packer], value: Any, step: int) -> None:
         publisher, pack = output
         publisher.publish(pack(value, step, step + 1, step * self._period))
 
-    def _publish_for_tools(self, step: int) -> None:
-        """Publish odom (pose in map, twist in base_link) and clock, where they are due; no control depends on them."""
-        stamp = step * self._period
-        if step % self.settings.clock_period_steps == 0:
+    def _publish_for_tools(self, step: int, before: int) -> None:
+        """Publish odom (pose in map, twist in base_link) and clock if due since step ``before``; no law needs them."""
+        stamp, settings = step * self._period, self.settings
+        if step // settings.clock_period_steps > before // settings.clock_period_steps:
             set_stamp(self._clock.clock, stamp)
             self._clock_out.publish(self._clock)
-        if step % self.settings.odom_period_steps == 0:
+        if step // settings.odom_period_steps > before // settings.odom_period_steps:
             self._odom_out.publish(fill(self._odom, self.model.state, stamp))
 
     def _watch(self) -> None:

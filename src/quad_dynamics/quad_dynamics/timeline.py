@@ -203,7 +203,7 @@ def with_event(c: Conditions, table: NDArray[np.float64], row: int, since: float
         link = LinkFault(link.delay + (first + second * float(table[drawn, 0])), link.lost or lost)
     elif code == FREEZE:
         sensor = SensorFault(True, sensor.offset_w, sensor.yaw_offset)
-    else:
+    elif code == JUMP:
         offset = add(sensor.offset_w, vector(table, row, VALUES))
         sensor = SensorFault(sensor.frozen, offset, sensor.yaw_offset + float(table[row, VALUES + 3]))
     return Conditions(force, torque, wind, payload_mass, rotors, limit, sensor, link)

@@ -112,7 +112,9 @@ def unpacker(cls: type[Any], message_type: type[Any], plant_period: int = 0, run
     if missing:
         raise TypeError(f"{message_type.__name__} has no field {missing[0]} of {cls.__name__}")
     unpack, size, build = struct.Struct(code).unpack_from, struct.calcsize(code), builder(cls)
-    pick = itemgetter(*(1 + order.index(place) for place in range(len(_HEAD), len(_HEAD) + len(_numbers(cls)))))
+    places = [1 + order.index(place) for place in range(len(_HEAD), len(_HEAD) + len(_numbers(cls)))]
+    # itemgetter of one place returns no tuple
+    pick = itemgetter(*places) if len(places) > 1 else itemgetter(slice(places[0], places[0] + 1))
     at = {name: 1 + order.index(place) for place, name in enumerate(_HEAD) if place in order}
     of_run, last = at["run"], at.get("next_step")
 

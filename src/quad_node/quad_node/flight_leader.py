@@ -115,8 +115,8 @@ class FlightLeader:
             if (silent := self.input_watch.silent()) and (node.commanded or self.guard.parameters.enabled):
                 self.give_up(silent)
         elif now > self._leave_by or (RECORDER in node.roles and not self._has_recorder()):
-            late = "recorder did not finish in time" if RECORDER in node.roles else "flight ended"
-            node.finish(node.exit_code, self._reason or late)
+            ended = "recorder did not finish in time" if self._has_recorder() else "flight ended"
+            node.finish(node.exit_code, self._reason or ended)
         if self._ticks % _STATE_EVERY == 0:
             self.publish_flight_state()
         return bool(self.phase == FlightState.FLYING)

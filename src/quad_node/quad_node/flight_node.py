@@ -39,7 +39,7 @@ OPERATORS, ALL_SIGNALS = ("SIGINT", "SIGHUP"), ("SIGINT", "SIGHUP", "SIGTERM")
 _HOUSEKEEPING = 0.05
 _DIAGNOSTICS_EVERY = 20
 _EAGER, _LINKS_EVERY, _STALL_EVERY = 100, 5, 5
-_STOOD_STILL = 0.2  # s between two ticks
+_LONG_GAP = 0.2  # s between two ticks
 _FIRST_WAIT = 2.0  # s without a link after which waiting is worth a line: nodes find each other within one
 _ORPHANED = 2.0  # s without flight/state after which a node looks whether anybody still looks after it
 _SILENT_LEAVES = 0.5  # s for the last messages of a node that took no part
@@ -249,7 +249,8 @@ class FlightNode:
         """Keep house: links, the flight, what the node itself watches, diagnostics."""
         self._ticks += 1
         now = time.monotonic()
-        self.slept = now - self._ticked_at if now - self._ticked_at > _STOOD_STILL else 0.0
+        gap = now - self._ticked_at
+        self.slept = gap - _HOUSEKEEPING if gap > _LONG_GAP else 0.0
         self._ticked_at = now
         # Asking for every link costs; a node that has waited for seconds asks less often.
         looks = self._ticks < _EAGER or self._ticks % _LINKS_EVERY == 0

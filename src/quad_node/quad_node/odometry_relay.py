@@ -32,7 +32,7 @@ from quad_node.main import run
 
 STAMPS_FIRST = 1
 TYPES = {"nav_msgs/msg/Odometry": Odometry, "geometry_msgs/msg/PoseStamped": PoseStamped}
-_LEAST_NORM = 0.5
+_LEAST_SQUARE = 0.5
 _PATIENCE = 5.0  # s before the flight in which an estimator may send what cannot be used
 _AT_REST = 0.15  # m/s: what an estimate may drift by while the vehicle stands
 _LATE = 0.05  # s in real time: the guard descends on a wrench as old
@@ -228,8 +228,8 @@ def sample_of(message: Odometry | PoseStamped, stamp: int, arrived: float) -> Sa
     """
     pose = message.pose.pose if isinstance(message, Odometry) else message.pose
     p, q = pose.position, pose.orientation
-    norm = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
-    if not norm > _LEAST_NORM:
+    square = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w
+    if not square > _LEAST_SQUARE:
         return None
     place, attitude = Vec3(p.x, p.y, p.z), normalized(Quat(q.x, q.y, q.z, q.w))
     if not isinstance(message, Odometry):

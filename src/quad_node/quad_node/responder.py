@@ -60,7 +60,7 @@ class SequenceFilter:
         return self.last >= 0 and step - self.last > self._largest
 
     def take(self, step: int) -> bool:
-        """Accept ``step``; return whether the last one was another run's, whose later steps do not come."""
+        """Accept ``step``; return whether it lies before the last one, which then was another run's."""
         is_back = step < self.last
         if is_back or step - self.last > self._quiet:
             self._before_gap = math.inf if is_back else self.last
@@ -130,7 +130,7 @@ class InputTopic:
         return self._arrivals[max(begun)] if begun else None
 
     def forget_before(self, step: int) -> None:
-        """Drop what no step from ``step`` on needs, but for the last one that is kept."""
+        """Drop what no step from ``step`` on needs; a single value stays."""
         if len(self._arrivals) < 2:
             return
         for first, arrival in list(self._arrivals.items()):
@@ -288,17 +288,18 @@ class Responder:
         (step, run), node, last = head_of(payload), self.node, self._states.last
         if step >= 0 and run != node.run and node.is_foreign("state", run):
             return
+        is_between = last < step < self._due  # none to answer, but the deadline of the one before
+        try:
+            stamped = None if is_between else self._unpack_state(payload)
+        except UNUSABLE as error:
+            node.events.unusable("state", payload, error)
+            return
         node.last_heard = self.state_heard = time.monotonic()
         node.flying = True
         self.states_seen += step != last
-        if last < step < self._due:  # none to answer, but the deadline of the one before
+        if stamped is None:
             self._states.take(step)
             self._on_deadline()
-            return
-        try:
-            stamped = self._unpack_state(payload)
-        except UNUSABLE as error:
-            node.events.unusable("state", payload, error)
             return
         if not self._is_next(stamped):
             return

@@ -86,8 +86,8 @@ class VehicleGuard:
         found = (status.mode, status.reason, bool(self.last_refusal))
         if found[:2] != self._said[:2]:
             self._tell_mode(step, status)
-        commanders = self._period_of()
-        if found == self._said and step < self._due and not (commanders and (step + 1) % commanders == 0):
+        commander_period = self._period_of()
+        if found == self._said and step < self._due and not (commander_period and (step + 1) % commander_period == 0):
             return
         self._said = found
         self._due = step + max(1, _STATUS_PERIOD // self._period)

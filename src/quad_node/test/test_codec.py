@@ -124,6 +124,15 @@ def test_a_type_without_extra_refuses_fields_it_has_not():
         unpacker(Inside, msg.VehicleState)
 
 
+class Single(NamedTuple):
+    thrust: float
+
+
+def test_a_type_of_one_number_is_read():
+    payload = packer(types.Actuation, msg.Actuation)(types.Actuation(thrust=5.0), 9, 9, 0)
+    assert unpacker(Single, msg.Actuation)(payload).value == Single(5.0)
+
+
 def test_wrench_is_physical_in_base_link():
     payload = pack_wrench(types.Wrench(5.0, Vec3(0.1, 0.2, 0.3)), 1_500_000_000)
     message = deserialize_message(payload, WrenchStamped)

@@ -216,7 +216,9 @@ def test_after_one_absurd_step_that_is_rejected_the_next_one_is_answered(make):
 @pytest.mark.parametrize("topic", ["state", "reference", "actuation"])
 def test_a_malformed_message_is_refused_and_does_not_end_the_node(make, topic, payload):
     node = make("period_steps:=1")
+    before = node.responder.state_heard
     node.callbacks[topic](payload)
+    assert (node.node.flying, node.responder.state_heard, node.responder.states_seen) == (False, before, 0)
     node.reference(0, 1)
     node.state(0)
     assert node.steps() == [0]
