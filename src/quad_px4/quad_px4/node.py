@@ -19,6 +19,7 @@ from quad_autopilot.arming import Setpoint
 from quad_autopilot.autopilot import Profile, Request, Stamps
 from quad_autopilot.autopilot_flight import BEAT, AutopilotFlight, Taken
 from quad_autopilot.odometry import Sample
+from quad_autopilot.parameters import Flier
 from quad_core.cascade import POSITION, STAGE
 from quad_core.parameters import ParameterError
 from quad_core.resolution import Resolved
@@ -79,6 +80,11 @@ class Px4Bridge:
         name = getattr(self.settings, "external_mode", "")
         if not name:
             return None
+        if self.settings.chosen_by == ChosenBy.PILOT and self.settings.arming.takeoff == Flier.AUTOPILOT:
+            raise ParameterError(
+                "arming.takeoff: found autopilot with chosen_by pilot, expected ours: nothing would change PX4 back to "
+                f"{name!r} in the air"
+            )
         space, refusal = self.settings.namespace, self._arming_refusal
         external = ExternalMode(self.node.ros, self.px4, space, name, self._mode, refusal, self.settings.loss_limit)
         if not self._by_attitude and not external.watches:
