@@ -55,7 +55,7 @@ _RESET_TILT, _RESET_HEADING = math.radians(10.0), math.radians(18.0)
 the guard refuses samples from 20 degrees on."""
 _LAST_WORDS = 3
 _OURS = (Phase.FLY, Phase.RETURN)
-_ALOFT = (Phase.SPOOL_UP, *_OURS, Phase.LAND, Phase.CLIMB, Phase.DISARM, Phase.HAND_BACK)
+_MOTORS_MAY_TURN = (Phase.SPOOL_UP, *_OURS, Phase.LAND, Phase.CLIMB, Phase.DISARM, Phase.HAND_BACK)
 _BLAMED_FOR = 1.0  # s after this process stood still in which a flight that fails has failed by that
 _TELL_EVERY, _COMMANDER_ENDS = 0.5, 1.0  # s between two messages on flight/autopilot; for the commander to end a flight
 
@@ -410,9 +410,9 @@ class AutopilotFlight:
         if said is None:
             return
         # on the ground what speaks against arming, in flight what is new since it began
-        usual = self.sequence.usual if phase in _ALOFT else said.reasons if said.checks_pass else ()
+        usual = self.sequence.usual if phase in _MOTORS_MAY_TURN else said.reasons if said.checks_pass else ()
         found = {
-            "armed": phase in _ALOFT and phase != Phase.SPOOL_UP,
+            "armed": phase in _MOTORS_MAY_TURN and phase != Phase.SPOOL_UP,
             "flies": phase in (Phase.CLIMB, Phase.RETURN, Phase.LAND),
             "pilot": math.isfinite(self.sequence.left_at)
             or (phase == Phase.RELEASED and said.control == Control.OTHER),
@@ -437,7 +437,7 @@ class AutopilotFlight:
             return
         if new := [reason for reason in said.reasons if reason not in self._reported]:
             mode = "" if said.control == Control.UNSAID else f" in {said.mode}"
-            say = events.warn if self.phase in _ALOFT else events.info
+            say = events.warn if self.phase in _MOTORS_MAY_TURN else events.info
             say("autopilot_reasons", f"{name}{mode} reports against a flight: {listed(new)}", stamp, always=True)
         if said.failsafe and not self._had_failsafe:
             text = f"{name}'s failsafe acts: mode {said.mode}{because(said, self.sequence.usual)}"
@@ -449,6 +449,8 @@ class AutopilotFlight:
         phase = self.phase
         if phase in (Phase.STANDBY, Phase.LANDED, Phase.RELEASED):
             return f"the flight does not arm: {phase.name.lower()}"
+        if phase in _MOTORS_MAY_TURN:
+            return ""
         if missing := self.leader.handshake.missing():
             return f"not ready: {', '.join(missing)}"
         if phase not in (Phase.STREAM, Phase.MODE):
@@ -494,10 +496,10 @@ class AutopilotFlight:
         self.leader.watch()
 
     def _comes_down(self, reason: str) -> bool:
-        """Return whether the vehicle is in the air, and have it land then."""
-        if self.phase in _ALOFT:
+        """Return whether the motors may turn, and have the vehicle land then."""
+        if self.phase in _MOTORS_MAY_TURN:
             self.stop = self.stop or reason
-        return self.phase in _ALOFT
+        return self.phase in _MOTORS_MAY_TURN
 
     def _end(self, reason: str, now: float) -> None:
         """End the flight of a sequence that is over, once the commander has taken note of it."""
@@ -518,7 +520,7 @@ class AutopilotFlight:
 
     def _deactivate(self, ended: FlightState) -> None:
         """Have the autopilot land after a signal; the bridge cannot stay to see it."""
-        flown = self.phase in _ALOFT and self.is_obeyed()  # a pilot who has it keeps it
+        flown = self.phase in _MOTORS_MAY_TURN and self.is_obeyed()  # a pilot who has it keeps it
         for attempt in range(_LAST_WORDS if flown else 0):
             self._ask(Request(NAV_LAND, attempt=attempt))
             time.sleep(BEAT)

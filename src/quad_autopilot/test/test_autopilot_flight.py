@@ -120,3 +120,23 @@ def test_by_attitude_the_guard_judges_each_state_under_the_thrust_that_is_known(
     assert commands == tuple(WrenchCommand(Wrench(8.0), NOW, arrived) for arrived in (False, True))
     assert samples == tuple(StateSample(flight.state, NOW, arrived) for arrived in (False, is_new))
     assert not flight._is_state_new
+
+
+@pytest.mark.parametrize(
+    ("phase", "refused"),
+    [
+        (Phase.STREAM, "not ready: recorder"),
+        (Phase.MODE, "not ready: recorder"),
+        (Phase.ARM, "not ready: recorder"),
+        (Phase.STANDBY, "the flight does not arm: standby"),
+        (Phase.RELEASED, "the flight does not arm: released"),
+        (Phase.SPOOL_UP, ""),
+        (Phase.FLY, ""),
+        (Phase.RETURN, ""),
+        (Phase.LAND, ""),
+    ],
+)
+def test_a_node_that_fails_speaks_against_arming_and_never_against_the_mode_that_flies(phase, refused):
+    flight = Mock(phase=phase)
+    flight.leader.handshake.missing.return_value = ["recorder"]
+    assert AutopilotFlight.arming_refusal(flight) == refused
