@@ -24,6 +24,7 @@ from quad_autopilot.autopilot import (
     Profile,
     Request,
     Stamps,
+    against,
     because,
     listed,
 )
@@ -421,7 +422,7 @@ class AutopilotFlight:
             "resets": self.large_resets,
             "battery": math.nan if math.isnan(said.battery) else round(said.battery, 2),
             "mode": said.mode,
-            "reasons": because(said, usual).strip(" ()"),
+            "reasons": against(said, usual),
         }
         if found == self._told and now < self._tell_at:
             return

@@ -140,3 +140,22 @@ def test_a_node_that_fails_speaks_against_arming_and_never_against_the_mode_that
     flight = Mock(phase=phase)
     flight.leader.handshake.missing.return_value = ["recorder"]
     assert AutopilotFlight.arming_refusal(flight) == refused
+
+
+@pytest.mark.parametrize(
+    ("reasons", "checks_pass", "told"),
+    [
+        ((), True, ""),
+        (("PreArm: Compass not healthy (1)",), True, "PreArm: Compass not healthy (1)"),
+        (("(1) compass",), False, "pre-flight checks fail; (1) compass"),
+    ],
+)
+def test_what_it_says_against_a_flight_is_told_with_its_own_brackets(reasons, checks_pass, told, monkeypatch):
+    made = Mock()
+    monkeypatch.setattr("quad_autopilot.autopilot_flight.AutopilotStatus", made)
+    monkeypatch.setattr("quad_autopilot.autopilot_flight.set_stamp", Mock())
+    flight = Mock(phase=Phase.FLY, sequence=Memory(Phase.FLY), _told={}, large_resets=0)
+    flight.leader.elapsed_ns = 0
+    flight.said = Autopilot("GUIDED", Control.OURS, armed=True, checks_pass=checks_pass, reasons=reasons)
+    AutopilotFlight._tell(flight, 1.0)
+    assert made.call_args.kwargs["reasons"] == told
