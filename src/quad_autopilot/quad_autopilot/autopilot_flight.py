@@ -172,9 +172,8 @@ class AutopilotFlight:
             is_reset = odometry.is_reset(jump, self.settings.reset_limit)
             if is_reset if uncounted else sample.reset_counter != last.reset_counter:
                 is_shifted = self._note_reset(jump)
-                moved = subtract(state.p_w, self.state.p_w)  # ground and home move along
-                self._home = add(self._home, moved)
-                self.lift = self.lift._replace(ground_z=self.lift.ground_z + moved.z)
+                self._home = add(self._home, jump.shift)  # ground and home move along
+                self.lift = self.lift._replace(ground_z=self.lift.ground_z + jump.shift.z)
         is_flying = self.phase in (Phase.FLY, Phase.LAND, Phase.CLIMB, Phase.RETURN)
         is_flying = is_flying and self.commander.armed  # else its rotors idle: it stands
         if not is_flying:

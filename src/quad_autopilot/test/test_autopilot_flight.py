@@ -6,10 +6,12 @@ from unittest.mock import Mock
 import pytest
 from sequence_flights import PROFILE
 
+from quad_autopilot import odometry
 from quad_autopilot.autopilot import Autopilot, Control, Stamps
 from quad_autopilot.autopilot_flight import BEAT, AutopilotFlight
 from quad_autopilot.evidence import Intent, Memory, Phase
 from quad_autopilot.parameters import ArmingParameters
+from quad_core.lift_off import standing
 from quad_core.node_parameters import GuardParameters, StepLimits
 from quad_core.types import AttitudeThrust, Quat, Vec3, VehicleState, Wrench
 from quad_guard.checks import StateSample, WrenchCommand
@@ -159,3 +161,23 @@ def test_what_it_says_against_a_flight_is_told_with_its_own_brackets(reasons, ch
     flight.said = Autopilot("GUIDED", Control.OURS, armed=True, checks_pass=checks_pass, reasons=reasons)
     AutopilotFlight._tell(flight, 1.0)
     assert made.call_args.kwargs["reasons"] == told
+
+
+@pytest.mark.parametrize("counter", [4, None])
+@pytest.mark.parametrize("shift", [Vec3(), Vec3(3.0, -1.0, 0.5)])
+def test_ground_and_home_move_with_a_reset_and_not_with_the_vehicle(shift, counter):
+    east, up = 10.0, 1.0  # m/s
+    rests = (math.cos(0.15), 0.0, 0.0, math.sin(0.15))
+    first = odometry.Sample(
+        0, 1_000_000, 1, 1, (0.0, 0.0, -2.0), (1.0, 0.0, 0.0, 0.0), (0.0, east, -up), (0.0, 0.0, 0.0), counter
+    )
+    north, ahead, higher = shift.y, 0.01 * east + shift.x, 0.01 * up + shift.z
+    turned = first._replace(timestamp_sample=1_010_000, position=(north, ahead, -2.0 - higher), q=rests)
+    if counter is not None:
+        turned = turned._replace(reset_counter=counter + 1)
+    flight = Mock(is_over=False, sample=first, state=odometry.state(first), phase=Phase.FLY, _home=Vec3(5.0, 6.0, 1.0))
+    flight.settings.reset_limit, flight.lift = 0.3, standing(1.0)._replace(on_ground=False)
+    flight.commander.armed = True
+    assert AutopilotFlight.take(flight, turned).accepted
+    assert flight._home == pytest.approx((5.0 + shift.x, 6.0 + shift.y, 1.0 + shift.z))
+    assert flight.lift.ground_z == pytest.approx(1.0 + shift.z)
