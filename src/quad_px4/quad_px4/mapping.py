@@ -28,7 +28,7 @@ from quad_autopilot import frames, thrust
 from quad_core.geometry import clamp
 from quad_core.parameters import ParameterError
 from quad_core.types import Actuation, Rotors, Vec3, Wrench
-from quad_px4.parameters import AirframeParameters
+from quad_px4.parameters import INTERFACE, AirframeParameters
 
 MOTORS = 12  # controls in an ActuatorMotors message; those without a motor are NaN
 FLAG_TOLERANCE = 1e-6
@@ -61,7 +61,7 @@ class ThrustTorque(NamedTuple):
 
 def build(airframe: AirframeParameters) -> Mapping:
     """Return the mapping of an airframe; raises ParameterError for an unknown thrust or rotors that cannot fly it."""
-    thrust.require(airframe.max_rotor_thrust, "airframe.max_rotor_thrust")
+    thrust.require(airframe.max_rotor_thrust, INTERFACE.page, "airframe.max_rotor_thrust")
     rotors = (airframe.rotor0, airframe.rotor1, airframe.rotor2, airframe.rotor3)
     quadrants = [(rotor.px > 0.0, rotor.py > 0.0) for rotor in rotors]
     one_each = [(False, True), (True, True), (True, False), (False, False)]

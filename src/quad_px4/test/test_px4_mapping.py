@@ -209,7 +209,7 @@ PULLED_DOWN = {
 @pytest.mark.parametrize(
     ("changes", "named"),
     [
-        ({"max_rotor_thrust": 0.0}, "max_rotor_thrust"),
+        ({"max_rotor_thrust": 0.0}, "airframe.max_rotor_thrust: found 0.0, .*; docs/how_to/px4.md"),
         (PULLED_DOWN, "found shares of -0.05, 0.55, 0.25, 0.25 in the thrust of a hover, expected all above 0"),
         ({"rotor0": RotorPlace(-0.1, -0.1, 0.05)}, "one rotor in each quadrant"),
         ({"rotor0": RotorPlace(0.0, 0.1, 0.05)}, "one rotor in each quadrant"),
