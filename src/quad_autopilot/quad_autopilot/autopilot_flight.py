@@ -77,7 +77,7 @@ class AutopilotFlight:
     attitude_setpoint and the guard judges states alone, else by wrench_setpoint and the guard judges both.
 
     What it reads: ``sample`` and ``state``, the last estimate, ``heard`` at s of ``clock``; ``origin``, the estimate's
-    time of step 0 in us, -1 before; ``lift``, where the ground is; ``beyond``, which limit of the step is broken.
+    time of step 0 in us, -1 before; ``lift``, where the ground is; ``broken_limit``, which limit of the step is broken.
     """
 
     def __init__(
@@ -123,7 +123,7 @@ class AutopilotFlight:
         self._pause, self._paused_at = "", -math.inf
         self._is_landing = self._has_climbed = False
         self.lift, self._standing = standing(0.0), Standing()
-        self.limits, self.beyond, self._home = leader.guard.parameters.step, "", ZERO
+        self.limits, self.broken_limit, self._home = leader.guard.parameters.step, "", ZERO
         self._spacings: deque[int] = deque(maxlen=_SPACINGS)
         self.large_resets = 0
         self._thrust: float | None = None
@@ -193,11 +193,11 @@ class AutopilotFlight:
     def _watch_limits(self, state: VehicleState) -> None:
         """Note the first limit of the step that ``state`` is beyond."""
         broken = broken_limit(self.limits, self._home, state.ground_z, state.p_w, state.v_w, state.q_wb)
-        if broken == GuardReason.GOOD or self.beyond:
+        if broken == GuardReason.GOOD or self.broken_limit:
             return
         at, lean = subtract(state.p_w, self._home), math.degrees(tilt(state.q_wb))
         here = f"{at.x:.2f} {at.y:.2f} {state.p_w.z - state.ground_z:.2f} m from the take-off"
-        self.beyond = f"{REASONS[broken]} (found {here}, {norm(state.v_w):.2f} m/s, {lean:.1f} deg)"
+        self.broken_limit = f"{REASONS[broken]} (found {here}, {norm(state.v_w):.2f} m/s, {lean:.1f} deg)"
 
     def within_thrust_range(self, newtons: float) -> float:
         """Return the thrust in N that may go to the autopilot for one of ``newtons``."""
@@ -268,7 +268,7 @@ class AutopilotFlight:
 
     def may_fly(self) -> bool:
         """Return whether the controllers' commands go to the autopilot."""
-        if self.beyond or not self.commander.armed or self._intent() == Intent.CLIMB:
+        if self.broken_limit or not self.commander.armed or self._intent() == Intent.CLIMB:
             return False
         # what waited while this process stood still is old, and its guard would count that time as one without a state
         if self.clock() - self._beat_at - BEAT > self.settings.arming.state_timeout:
@@ -319,7 +319,7 @@ class AutopilotFlight:
             state_age=now - self.heard,
             refusal=self._refusal() if phase == Phase.STREAM else arms,
             stop=self.stop,
-            beyond=self.beyond,
+            broken_limit=self.broken_limit,
             silence=now - self.spoke_at,
             intent=intent,
             is_over=self.commander.is_over,

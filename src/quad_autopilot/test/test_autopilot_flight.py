@@ -41,12 +41,12 @@ def test_an_answer_to_a_state_of_the_last_100_ms_is_flown(step):
 
 
 def test_the_first_limit_that_is_broken_ends_the_stream_and_is_named():
-    flight = Mock(limits=StepLimits(speed=0.5, box=1.0), beyond="", _home=Vec3(5.0, 0.0, 0.0))
+    flight = Mock(limits=StepLimits(speed=0.5, box=1.0), broken_limit="", _home=Vec3(5.0, 0.0, 0.0))
     for x, v, said in ((5.9, 0.4, ""), (6.1, 0.4, "out of the box of the step"), (6.2, 0.9, "out of the box")):
         state = VehicleState(p_w=Vec3(x, 0.0, 0.5), v_w=Vec3(v, 0.0, 0.0))
         AutopilotFlight._watch_limits(flight, state)
-        assert flight.beyond.startswith(said)
-    assert "(found 1.10 0.00 0.50 m from the take-off, 0.40 m/s, 0.0 deg)" in flight.beyond
+        assert flight.broken_limit.startswith(said)
+    assert "(found 1.10 0.00 0.50 m from the take-off, 0.40 m/s, 0.0 deg)" in flight.broken_limit
     assert not AutopilotFlight.may_fly(flight)
 
 
@@ -79,7 +79,7 @@ def test_a_node_that_fails_holds_up_the_sequence_before_the_flight_alone(phase, 
 
 @pytest.mark.parametrize(("paused", "flies"), [(0.0, True), (0.05, True), (0.2, False)])
 def test_a_command_that_waited_while_this_process_stood_still_is_not_flown(paused, flies):
-    flight = Mock(beyond="", phase=Phase.FLY, clock=lambda: 20.0 + BEAT + paused, _beat_at=20.0)
+    flight = Mock(broken_limit="", phase=Phase.FLY, clock=lambda: 20.0 + BEAT + paused, _beat_at=20.0)
     flight.settings.arming, flight._intent.return_value = ArmingParameters(), Intent.FLY
     assert bool(AutopilotFlight.may_fly(flight)) == flies
 
@@ -87,7 +87,7 @@ def test_a_command_that_waited_while_this_process_stood_still_is_not_flown(pause
 @pytest.mark.parametrize(("since", "cause"), [(0.1, "px4_bridge stood still for 9.54 s"), (5.0, "")])
 def test_a_flight_that_fails_right_after_this_process_stood_still_has_failed_by_that(since, cause):
     flight = Mock(
-        clock=lambda: 20.0, phase=Phase.FLY, sequence=Memory(Phase.FLY, since=10.0), stop="", beyond="", ack=None
+        clock=lambda: 20.0, phase=Phase.FLY, sequence=Memory(Phase.FLY, since=10.0), stop="", broken_limit="", ack=None
     )
     flight.profile, flight.said = PROFILE, Autopilot("AUTO_LAND", Control.LANDING, armed=False)
     flight.settings.arming, flight.stamps.return_value, flight._intent.return_value = (
