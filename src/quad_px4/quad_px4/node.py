@@ -1,9 +1,16 @@
 """`ros2 run quad_px4 px4_bridge`: takes the simulator's place with a vehicle that PX4 flies, over uXRCE-DDS.
 
-Subscribes: vehicle_odometry, which becomes ``state``, and what PX4 says of itself (``_listen``);
-wrench_setpoint, or in mode attitude attitude_setpoint, which becomes PX4's setpoint.
-Publishes: OffboardControlMode, VehicleCommand and the setpoints of its mode. ``actuation`` is a prediction of the
-bridge's own mixer model: PX4 reports none over DDS. What it does for the flight: ``quad_autopilot.autopilot_flight``.
+Subscribes: of PX4 VehicleOdometry, VehicleStatus, VehicleControlMode, FailsafeFlags, VehicleLandDetected,
+BatteryStatus, VehicleCommandAck; of the flight wrench_setpoint, in mode attitude attitude_setpoint, and flight/plan,
+flight/nodes, flight/recorded, flight/mode.
+Publishes: for PX4 OffboardControlMode, VehicleCommand and the setpoints of its mode; for the flight state, actuation,
+flight/autopilot, flight/state, flight/guard, flight/request, and what every node does.
+An external mode adds registration, configuration and arming checks; ``actuation`` is the bridge's own prediction, for
+PX4 reports none over DDS.
+
+A step of the flight begins with an odometry, which becomes ``state``, and ends with the controllers' answer, which goes
+to PX4 as it arrives. ``Px4Bridge.step`` runs every 20 ms beside it: it takes the arming sequence on and ends by sending
+heartbeat, request, idle or level setpoint.
 """
 
 import math
