@@ -84,8 +84,8 @@ RULES: tuple[tuple[tuple[Phase, ...], Callable[[Evidence], bool], Phase | None, 
     ((ARM, SPOOL_UP, FLY), E.is_taken_by_unnamed, None, ""),
     ((ARM, SPOOL_UP), E.is_taken, RELEASED, "{taken} before the flight: {now}"),
     ((FLY,), E.is_taken, RELEASED, "{taken} in flight: {now}"),
-    ((FLY, RETURN), E.has_to_hold, HAND_BACK, "{i.beyond}; {p.name} was asked to hold its place"),
-    ((FLY, RETURN), E.is_beyond, LAND, "{i.beyond}"),
+    ((FLY, RETURN), E.has_to_hold, HAND_BACK, "{i.broken_limit}; {p.name} was asked to hold its place"),
+    ((FLY, RETURN), E.is_limit_broken, LAND, "{i.broken_limit}"),
     ((HAND_BACK,), E.is_disarmed, RELEASED, ""),
     ((HAND_BACK,), flies_other_than(Control.OURS, Control.UNSAID), RELEASED, ""),
     ((HAND_BACK,), E.does_not_hold, LAND, "{p.name} does not hold its place:{answer}"),
@@ -178,7 +178,7 @@ def _entered(case: Evidence, phase: Phase, text: str) -> Memory:
     """Return the memory at the beginning of ``phase``; ``text``: why the flight has failed, empty if it has not."""
     before, now = case.memory, case.inputs.now
     memory = before._replace(
-        phase=phase, since=now, asked_at=-math.inf, attempts=0, answer="", spooled_from=case.inputs.autopilot_time
+        phase=phase, since=now, asked_at=-math.inf, attempts=0, answer="", entered_at=case.inputs.autopilot_time
     )
     if text:
         lands = f"; {case.profile.name} lands" if phase == LAND else ""

@@ -99,11 +99,16 @@ class Profile(NamedTuple):
     idle_hint: str = ""
 
 
-def because(autopilot: Autopilot, usual: tuple[str, ...] = ()) -> str:
-    """Return what speaks against a flight, in brackets, without the ``usual`` reasons; empty if nothing does."""
+def against(autopilot: Autopilot, usual: tuple[str, ...] = ()) -> str:
+    """Return what speaks against a flight, without the ``usual`` reasons; empty if nothing does."""
     new = [reason for reason in autopilot.reasons if reason not in usual]
-    said = ([] if autopilot.checks_pass else ["pre-flight checks fail"]) + ([listed(new)] if new else [])
-    return f" ({'; '.join(said)})" if said else ""
+    return "; ".join(([] if autopilot.checks_pass else ["pre-flight checks fail"]) + ([listed(new)] if new else []))
+
+
+def because(autopilot: Autopilot, usual: tuple[str, ...] = ()) -> str:
+    """Return what is ``against`` a flight as a bracket that follows a text."""
+    found = against(autopilot, usual)
+    return f" ({found})" if found else ""
 
 
 def listed(reasons: Sequence[str]) -> str:

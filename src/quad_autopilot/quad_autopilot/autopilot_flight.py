@@ -24,6 +24,7 @@ from quad_autopilot.autopilot import (
     Profile,
     Request,
     Stamps,
+    against,
     because,
     listed,
 )
@@ -55,7 +56,7 @@ _RESET_TILT, _RESET_HEADING = math.radians(10.0), math.radians(18.0)
 the guard refuses samples from 20 degrees on."""
 _LAST_WORDS = 3
 _OURS = (Phase.FLY, Phase.RETURN)
-_ALOFT = (Phase.SPOOL_UP, *_OURS, Phase.LAND, Phase.CLIMB, Phase.DISARM, Phase.HAND_BACK)
+_MOTORS_MAY_TURN = (Phase.SPOOL_UP, *_OURS, Phase.LAND, Phase.CLIMB, Phase.DISARM, Phase.HAND_BACK)
 _BLAMED_FOR = 1.0  # s after this process stood still in which a flight that fails has failed by that
 _TELL_EVERY, _COMMANDER_ENDS = 0.5, 1.0  # s between two messages on flight/autopilot; for the commander to end a flight
 
@@ -76,7 +77,7 @@ class AutopilotFlight:
     attitude_setpoint and the guard judges states alone, else by wrench_setpoint and the guard judges both.
 
     What it reads: ``sample`` and ``state``, the last estimate, ``heard`` at s of ``clock``; ``origin``, the estimate's
-    time of step 0 in us, -1 before; ``lift``, where the ground is; ``beyond``, which limit of the step is broken.
+    time of step 0 in us, -1 before; ``lift``, where the ground is; ``broken_limit``, which limit of the step is broken.
     """
 
     def __init__(
@@ -122,7 +123,7 @@ class AutopilotFlight:
         self._pause, self._paused_at = "", -math.inf
         self._is_landing = self._has_climbed = False
         self.lift, self._standing = standing(0.0), Standing()
-        self.limits, self.beyond, self._home = leader.guard.parameters.step, "", ZERO
+        self.limits, self.broken_limit, self._home = leader.guard.parameters.step, "", ZERO
         self._spacings: deque[int] = deque(maxlen=_SPACINGS)
         self.large_resets = 0
         self._thrust: float | None = None
@@ -171,9 +172,8 @@ class AutopilotFlight:
             is_reset = odometry.is_reset(jump, self.settings.reset_limit)
             if is_reset if uncounted else sample.reset_counter != last.reset_counter:
                 is_shifted = self._note_reset(jump)
-                moved = subtract(state.p_w, self.state.p_w)  # ground and home move along
-                self._home = add(self._home, moved)
-                self.lift = self.lift._replace(ground_z=self.lift.ground_z + moved.z)
+                self._home = add(self._home, jump.shift)  # ground and home move along
+                self.lift = self.lift._replace(ground_z=self.lift.ground_z + jump.shift.z)
         is_flying = self.phase in (Phase.FLY, Phase.LAND, Phase.CLIMB, Phase.RETURN)
         is_flying = is_flying and self.commander.armed  # else its rotors idle: it stands
         if not is_flying:
@@ -193,11 +193,11 @@ class AutopilotFlight:
     def _watch_limits(self, state: VehicleState) -> None:
         """Note the first limit of the step that ``state`` is beyond."""
         broken = broken_limit(self.limits, self._home, state.ground_z, state.p_w, state.v_w, state.q_wb)
-        if broken == GuardReason.GOOD or self.beyond:
+        if broken == GuardReason.GOOD or self.broken_limit:
             return
         at, lean = subtract(state.p_w, self._home), math.degrees(tilt(state.q_wb))
         here = f"{at.x:.2f} {at.y:.2f} {state.p_w.z - state.ground_z:.2f} m from the take-off"
-        self.beyond = f"{REASONS[broken]} (found {here}, {norm(state.v_w):.2f} m/s, {lean:.1f} deg)"
+        self.broken_limit = f"{REASONS[broken]} (found {here}, {norm(state.v_w):.2f} m/s, {lean:.1f} deg)"
 
     def within_thrust_range(self, newtons: float) -> float:
         """Return the thrust in N that may go to the autopilot for one of ``newtons``."""
@@ -268,7 +268,7 @@ class AutopilotFlight:
 
     def may_fly(self) -> bool:
         """Return whether the controllers' commands go to the autopilot."""
-        if self.beyond or not self.commander.armed or self._intent() == Intent.CLIMB:
+        if self.broken_limit or not self.commander.armed or self._intent() == Intent.CLIMB:
             return False
         # what waited while this process stood still is old, and its guard would count that time as one without a state
         if self.clock() - self._beat_at - BEAT > self.settings.arming.state_timeout:
@@ -319,7 +319,7 @@ class AutopilotFlight:
             state_age=now - self.heard,
             refusal=self._refusal() if phase == Phase.STREAM else arms,
             stop=self.stop,
-            beyond=self.beyond,
+            broken_limit=self.broken_limit,
             silence=now - self.spoke_at,
             intent=intent,
             is_over=self.commander.is_over,
@@ -410,9 +410,9 @@ class AutopilotFlight:
         if said is None:
             return
         # on the ground what speaks against arming, in flight what is new since it began
-        usual = self.sequence.usual if phase in _ALOFT else said.reasons if said.checks_pass else ()
+        usual = self.sequence.usual if phase in _MOTORS_MAY_TURN else said.reasons if said.checks_pass else ()
         found = {
-            "armed": phase in _ALOFT and phase != Phase.SPOOL_UP,
+            "armed": phase in _MOTORS_MAY_TURN and phase != Phase.SPOOL_UP,
             "flies": phase in (Phase.CLIMB, Phase.RETURN, Phase.LAND),
             "pilot": math.isfinite(self.sequence.left_at)
             or (phase == Phase.RELEASED and said.control == Control.OTHER),
@@ -421,7 +421,7 @@ class AutopilotFlight:
             "resets": self.large_resets,
             "battery": math.nan if math.isnan(said.battery) else round(said.battery, 2),
             "mode": said.mode,
-            "reasons": because(said, usual).strip(" ()"),
+            "reasons": against(said, usual),
         }
         if found == self._told and now < self._tell_at:
             return
@@ -437,7 +437,7 @@ class AutopilotFlight:
             return
         if new := [reason for reason in said.reasons if reason not in self._reported]:
             mode = "" if said.control == Control.UNSAID else f" in {said.mode}"
-            say = events.warn if self.phase in _ALOFT else events.info
+            say = events.warn if self.phase in _MOTORS_MAY_TURN else events.info
             say("autopilot_reasons", f"{name}{mode} reports against a flight: {listed(new)}", stamp, always=True)
         if said.failsafe and not self._had_failsafe:
             text = f"{name}'s failsafe acts: mode {said.mode}{because(said, self.sequence.usual)}"
@@ -449,6 +449,8 @@ class AutopilotFlight:
         phase = self.phase
         if phase in (Phase.STANDBY, Phase.LANDED, Phase.RELEASED):
             return f"the flight does not arm: {phase.name.lower()}"
+        if phase in _MOTORS_MAY_TURN:
+            return ""
         if missing := self.leader.handshake.missing():
             return f"not ready: {', '.join(missing)}"
         if phase not in (Phase.STREAM, Phase.MODE):
@@ -494,10 +496,10 @@ class AutopilotFlight:
         self.leader.watch()
 
     def _comes_down(self, reason: str) -> bool:
-        """Return whether the vehicle is in the air, and have it land then."""
-        if self.phase in _ALOFT:
+        """Return whether the motors may turn, and have the vehicle land then."""
+        if self.phase in _MOTORS_MAY_TURN:
             self.stop = self.stop or reason
-        return self.phase in _ALOFT
+        return self.phase in _MOTORS_MAY_TURN
 
     def _end(self, reason: str, now: float) -> None:
         """End the flight of a sequence that is over, once the commander has taken note of it."""
@@ -518,7 +520,7 @@ class AutopilotFlight:
 
     def _deactivate(self, ended: FlightState) -> None:
         """Have the autopilot land after a signal; the bridge cannot stay to see it."""
-        flown = self.phase in _ALOFT and self.is_obeyed()  # a pilot who has it keeps it
+        flown = self.phase in _MOTORS_MAY_TURN and self.is_obeyed()  # a pilot who has it keeps it
         for attempt in range(_LAST_WORDS if flown else 0):
             self._ask(Request(NAV_LAND, attempt=attempt))
             time.sleep(BEAT)

@@ -53,8 +53,8 @@ class Inputs(NamedTuple):
     ``now`` is the steady clock, ``autopilot_time`` the autopilot's own. ``command_age``: for how long a state
     has waited for a command. ``refusal``: why the flight must not begin, empty if it may; while the commander is
     arming, what it still waits for. ``stop``: why it must end now, empty if it need not. ``silence``: time since the
-    autopilot sent anything. ``beyond``: which limit of the step is broken, empty if none. ``is_over``: the commander
-    has ended the flight. ``moves``: the estimate does not rest yet.
+    autopilot sent anything. ``broken_limit``: which limit of the step is broken, empty if none. ``is_over``: the
+    commander has ended the flight. ``moves``: the estimate does not rest yet.
     """
 
     now: float
@@ -65,7 +65,7 @@ class Inputs(NamedTuple):
     state_age: float = math.inf
     refusal: str = ""
     stop: str = ""
-    beyond: str = ""
+    broken_limit: str = ""
     silence: float = 0.0
     intent: Intent = Intent.FLY
     is_over: bool = False
@@ -73,12 +73,13 @@ class Inputs(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """``since``: steady s at which the phase began; ``answer``: the last that the autopilot said to its request.
+    """``since``: steady s at which the phase began, ``entered_at``: the same in s of the autopilot's time.
 
-    ``left_at``: steady s at which the mode was ours no more, infinite before. ``noticed``: least time in s in which the
-    autopilot noticed that the stream had stopped, NaN before PROBE. ``usual``: what it said against a flight at its
-    begin. ``distrusted``: the flight failed in the air and LAND follows no command any more; a vehicle that stands on
-    the ground and is not disarmed still takes the commands of its disarmed link.
+    ``answer``: the last that the autopilot said to its request. ``left_at``: steady s at which the mode was ours no
+    more, infinite before. ``noticed``: least time in s in which the autopilot noticed that the stream had stopped, NaN
+    before PROBE. ``usual``: what it said against a flight at its begin. ``distrusted``: the flight failed in the air
+    and LAND follows no command any more; a vehicle that stands on the ground and is not disarmed still takes the
+    commands of its disarmed link.
     """
 
     phase: Phase = Phase.STREAM
@@ -87,7 +88,7 @@ class Memory(NamedTuple):
     asked_at: float = -math.inf
     attempts: int = 0
     answer: str = ""
-    spooled_from: float = 0.0
+    entered_at: float = 0.0
     left_at: float = math.inf
     reason: str = ""
     distrusted: bool = False
@@ -199,11 +200,11 @@ class Evidence:
 
     def has_to_hold(self) -> bool:
         """A limit of the step is broken, and the autopilot can hold its place."""
-        return bool(self.inputs.beyond) and self.profile.hold is not None
+        return bool(self.inputs.broken_limit) and self.profile.hold is not None
 
-    def is_beyond(self) -> bool:
+    def is_limit_broken(self) -> bool:
         """A limit of the step is broken."""
-        return bool(self.inputs.beyond)
+        return bool(self.inputs.broken_limit)
 
     def does_not_hold(self) -> bool:
         """The autopilot does not say that it holds its place."""
@@ -224,7 +225,7 @@ class Evidence:
 
     def is_spooled_up(self) -> bool:
         """The rotors have had their time to spool up."""
-        return self.inputs.autopilot_time - self.memory.spooled_from >= self.limits.spool_up
+        return self.inputs.autopilot_time - self.memory.entered_at >= self.limits.spool_up
 
     def is_uncommanded(self) -> bool:
         """A state has waited too long for a command."""
@@ -240,8 +241,8 @@ class Evidence:
 
     def loss(self) -> float:
         """Return after how many s the autopilot noticed that the stream had stopped, inf: not yet."""
-        if self.said.stream_lost and self.said.lost_at > self.memory.spooled_from:
-            return self.said.lost_at - self.memory.spooled_from
+        if self.said.stream_lost and self.said.lost_at > self.memory.entered_at:
+            return self.said.lost_at - self.memory.entered_at
         # one that says nothing of the stream: the event at the start names its parameters
         return math.inf if self.elapsed <= PROBE_PATIENCE or self.said.stream_lost is not None else 0.0
 

@@ -39,9 +39,14 @@ class Sample(NamedTuple):
 class Jump(NamedTuple):
     """How far the estimate moved by itself: m, and rad about a horizontal axis and about the vertical."""
 
-    distance: float
+    shift: Vec3
     tilt: float
     heading: float
+
+    @property
+    def distance(self) -> float:
+        """Return the length of ``shift``."""
+        return norm(self.shift)
 
 
 def refusal(sample: Sample, newest: int) -> str:
@@ -81,7 +86,7 @@ def jump(before: VehicleState, after: VehicleState, elapsed: float) -> Jump:
     turn = relative_attitude(_inverse(after.q_wb), _inverse(before.q_wb))  # in world axes
     tilt = 2.0 * math.atan2(math.hypot(turn.x, turn.y), math.hypot(turn.z, turn.w))
     heading = abs(wrap_angle(2.0 * math.atan2(turn.z, turn.w)))
-    return Jump(norm(subtract(after.p_w, led)), max(tilt - motion, 0.0), max(heading - motion, 0.0))
+    return Jump(subtract(after.p_w, led), max(tilt - motion, 0.0), max(heading - motion, 0.0))
 
 
 def _inverse(q: Quat) -> Quat:

@@ -30,10 +30,10 @@ def compensated(assumed: float, true: float, fraction: float) -> float:
     return assumed * u * u + (1.0 - assumed) * u
 
 
-def require(max_rotor_thrust: float, key: str = "max_rotor_thrust") -> None:
-    """Raise ParameterError, which names ``key``, where the largest thrust of a rotor in N was not given."""
+def require(max_rotor_thrust: float, page: str, key: str = "max_rotor_thrust") -> None:
+    """Raise ParameterError, which names ``key`` and ``page``, where the largest thrust of a rotor was not given."""
     if max_rotor_thrust <= 0.0:
-        raise ParameterError(f"{key}: found 0.0, expected the largest thrust of one rotor in N; docs/how_to/px4.md")
+        raise ParameterError(f"{key}: found 0.0, expected the largest thrust of one rotor in N; {page}")
 
 
 def predicted(newtons: float, max_rotor_thrust: float) -> Actuation:
@@ -49,7 +49,7 @@ def predicted(newtons: float, max_rotor_thrust: float) -> Actuation:
 
 
 def weakness(vehicle: Vehicle, max_rotor_thrust: float, key: str) -> str:
-    """Return why four rotors of ``max_rotor_thrust`` N (parameter ``key``) cannot lift the vehicle; empty if so."""
+    """Return why four rotors of ``max_rotor_thrust`` N (parameter ``key``) cannot lift it; empty if they can."""
     available = 4.0 * max_rotor_thrust
     if available >= RESERVE * vehicle.mass * vehicle.gravity:
         return ""

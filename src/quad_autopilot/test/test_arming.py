@@ -52,9 +52,9 @@ def test_beyond_a_limit_of_the_step_the_vehicle_is_handed_back_at_once(profile, 
     flight.requests.clear()
     flight.phases.clear()
     flight.deaf = deaf
-    output = flight.tick(beyond="too fast")
+    output = flight.tick(broken_limit="too fast")
     assert (output.heartbeat, output.setpoint) == (False, Setpoint.NONE if profile is HOLDS else Setpoint.LEVEL)
-    flight.run(phases[-1], beyond="too fast")
+    flight.run(phases[-1], broken_limit="too fast")
     assert (flight.phases, asked(flight)) == (phases, requests)
     assert words in flight.output.reason
 

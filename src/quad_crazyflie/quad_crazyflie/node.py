@@ -24,7 +24,7 @@ from quad_core.cascade import POSITION, STAGE
 from quad_core.parameters import ParameterError
 from quad_core.types import AttitudeThrust, VehicleState
 from quad_crazyflie import setpoints
-from quad_crazyflie.parameters import CRAZYFLIE
+from quad_crazyflie.parameters import CRAZYFLIE, INTERFACE
 from quad_msgs.msg import FlightState
 from quad_node.main import run
 
@@ -64,7 +64,7 @@ class CrazyflieBridge:
             CRAZYFLIE, PROFILE, ask=self.request, missing=self._missing, refusal=self._refusal, shut_down=self.shut_down
         )
         self.node, self.settings = self.flight.node, self.flight.settings
-        thrust.require(self.settings.max_rotor_thrust)
+        thrust.require(self.settings.max_rotor_thrust, INTERFACE.page)
         if self.settings.arming.takeoff == Flier.AUTOPILOT:
             raise ParameterError("arming.takeoff: found autopilot, expected ours: a Crazyflie's take-off is not used")
         self._largest = setpoints.largest_thrust(self.settings) / 4.0

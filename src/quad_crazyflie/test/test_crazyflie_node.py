@@ -7,6 +7,7 @@ import pytest
 from quad_autopilot.arming import Output, Setpoint
 from quad_autopilot.autopilot import ARM_DISARM, DO_SET_MODE, NAV_LAND, Control, Request
 from quad_autopilot.evidence import Phase
+from quad_core.parameters import ParameterError
 from quad_core.types import AttitudeThrust, Vec3, VehicleState
 from quad_crazyflie import node as module
 from quad_crazyflie import setpoints
@@ -26,6 +27,13 @@ def vehicle(monkeypatch):
     made = module.CrazyflieBridge()
     made.cflib = cflib
     return made
+
+
+def test_a_thrust_that_was_not_measured_is_refused_with_the_page_of_a_crazyflie(monkeypatch):
+    flight = Mock(settings=CrazyflieBridgeParameters())
+    monkeypatch.setattr(module, "AutopilotFlight", lambda *_, **__: flight)
+    with pytest.raises(ParameterError, match=r"^max_rotor_thrust: found 0\.0, .*; docs/how_to/crazyflie\.md$"):
+        module.CrazyflieBridge()
 
 
 def block(info, height=1.0):

@@ -21,7 +21,7 @@ from quad_core.geometry import body_z, clamp
 from quad_core.types import AttitudeThrust
 from quad_mavlink import link, modes_and_texts
 from quad_mavlink.link import AUTOPILOT
-from quad_mavlink.parameters import MAVLINK, MavlinkBridgeParameters
+from quad_mavlink.parameters import INTERFACE, MAVLINK, MavlinkBridgeParameters
 from quad_node.main import run
 
 SET_MESSAGE_INTERVAL = 511
@@ -58,7 +58,7 @@ class MavlinkBridge:
         )
         self.node, self.settings = self.flight.node, self.flight.settings
         found = self.settings
-        thrust.require(found.max_rotor_thrust)
+        thrust.require(found.max_rotor_thrust, INTERFACE.page)
         self.flight.predicted = thrust.predicted(0.0, found.max_rotor_thrust)
         self.link = link.Link(link.load(), found.listen, found.connect, found.source_system, found.target_system)
         self.kind = 0

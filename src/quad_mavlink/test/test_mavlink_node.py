@@ -6,6 +6,7 @@ import pytest
 from mavlink_without_link import bridge
 
 from quad_autopilot.autopilot import Request, Stamps
+from quad_core.parameters import ParameterError
 from quad_core.types import AttitudeThrust
 from quad_mavlink.parameters import MavlinkBridgeParameters
 
@@ -46,6 +47,11 @@ def test_what_the_land_detector_says_is_contact(vehicle, landed_state, landed):
 def test_a_request_goes_to_the_vehicle_that_is_meant_with_numbers_alone(vehicle):
     vehicle._request(Request(21, param3=3.0, attempt=258))
     assert vehicle.sent == [("command_long", SYSTEM, 1, 21, 2, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0)]
+
+
+def test_a_thrust_that_was_not_measured_is_refused_with_the_page_of_mavlink():
+    with pytest.raises(ParameterError, match=r"^max_rotor_thrust: found 0\.0, .*; docs/how_to/mavlink\.md$"):
+        bridge(MavlinkBridgeParameters())
 
 
 def test_our_heartbeat_is_that_of_an_onboard_controller(vehicle):

@@ -28,10 +28,11 @@ from quad_autopilot import frames, thrust
 from quad_core.geometry import clamp
 from quad_core.parameters import ParameterError
 from quad_core.types import Actuation, Rotors, Vec3, Wrench
-from quad_px4.parameters import AirframeParameters
+from quad_px4.parameters import INTERFACE, AirframeParameters
 
 MOTORS = 12  # controls in an ActuatorMotors message; those without a motor are NaN
 FLAG_TOLERANCE = 1e-6
+_LEAST_SHARE = 1e-6  # of the thrust of a hover, for each rotor
 
 Array = NDArray[np.float64]
 
@@ -59,8 +60,8 @@ class ThrustTorque(NamedTuple):
 
 
 def build(airframe: AirframeParameters) -> Mapping:
-    """Return the mapping of an airframe; raises ParameterError for an unknown thrust or rotors that are no X."""
-    thrust.require(airframe.max_rotor_thrust, "airframe.max_rotor_thrust")
+    """Return the mapping of an airframe; raises ParameterError for an unknown thrust or rotors that cannot fly it."""
+    thrust.require(airframe.max_rotor_thrust, INTERFACE.page, "airframe.max_rotor_thrust")
     rotors = (airframe.rotor0, airframe.rotor1, airframe.rotor2, airframe.rotor3)
     quadrants = [(rotor.px > 0.0, rotor.py > 0.0) for rotor in rotors]
     one_each = [(False, True), (True, True), (True, False), (False, False)]
@@ -72,10 +73,13 @@ def build(airframe: AirframeParameters) -> Mapping:
     true = np.array([[-rotor.py, rotor.px, ratio, 1.0] for rotor, ratio in zip(rotors, ratios, strict=True)]).T
     if min(abs(np.linalg.det(px4)), abs(np.linalg.det(true))) < 1e-9:
         raise ParameterError("airframe.rotorN.km: found rotors that cannot yaw, expected opposite rotors of one sign")
-    mix = np.linalg.inv(px4)
+    mix, rotors_of_wrench = np.linalg.inv(px4), np.linalg.inv(true)
+    if min(hover := rotors_of_wrench[:, 3].tolist()) < _LEAST_SHARE:
+        found = ", ".join(f"{share:.3g}" for share in hover)
+        raise ParameterError(f"airframe.rotorN: found shares of {found} in the thrust of a hover, expected all above 0")
     mix /= _scales(mix)
     first, second, third, fourth = (quadrants.index(quadrant) for quadrant in one_each)
-    return Mapping(airframe, np.linalg.inv(true), true, np.linalg.inv(mix), (first, second, third, fourth))
+    return Mapping(airframe, rotors_of_wrench, true, np.linalg.inv(mix), (first, second, third, fourth))
 
 
 def _scales(mix: Array) -> Array:

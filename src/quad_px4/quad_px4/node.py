@@ -1,9 +1,16 @@
 """`ros2 run quad_px4 px4_bridge`: takes the simulator's place with a vehicle that PX4 flies, over uXRCE-DDS.
 
-Subscribes: vehicle_odometry, which becomes ``state``, and what PX4 says of itself (``_listen``);
-wrench_setpoint, or in mode attitude attitude_setpoint, which becomes PX4's setpoint.
-Publishes: OffboardControlMode, VehicleCommand and the setpoints of its mode. ``actuation`` is a prediction of the
-bridge's own mixer model: PX4 reports none over DDS. What it does for the flight: ``quad_autopilot.autopilot_flight``.
+Subscribes: of PX4 VehicleOdometry, VehicleStatus, VehicleControlMode, FailsafeFlags, VehicleLandDetected,
+BatteryStatus, VehicleCommandAck; of the flight wrench_setpoint, in mode attitude attitude_setpoint, and flight/plan,
+flight/nodes, flight/recorded, flight/mode.
+Publishes: for PX4 OffboardControlMode, VehicleCommand and the setpoints of its mode; for the flight state, actuation,
+flight/autopilot, flight/state, flight/guard, flight/request, and what every node does.
+An external mode adds registration, configuration and arming checks; ``actuation`` is the bridge's own prediction, for
+PX4 reports none over DDS.
+
+A step of the flight begins with an odometry, which becomes ``state``, and ends with the controllers' answer, which goes
+to PX4 as it arrives. ``Px4Bridge.step`` runs every 20 ms beside it: it takes the arming sequence on and ends by sending
+heartbeat, request, idle or level setpoint.
 """
 
 import math
@@ -19,6 +26,7 @@ from quad_autopilot.arming import Setpoint
 from quad_autopilot.autopilot import Profile, Request, Stamps
 from quad_autopilot.autopilot_flight import BEAT, AutopilotFlight, Taken
 from quad_autopilot.odometry import Sample
+from quad_autopilot.parameters import Flier
 from quad_core.cascade import POSITION, STAGE
 from quad_core.parameters import ParameterError
 from quad_core.resolution import Resolved
@@ -79,6 +87,11 @@ class Px4Bridge:
         name = getattr(self.settings, "external_mode", "")
         if not name:
             return None
+        if self.settings.chosen_by == ChosenBy.PILOT and self.settings.arming.takeoff == Flier.AUTOPILOT:
+            raise ParameterError(
+                "arming.takeoff: found autopilot with chosen_by pilot, expected ours: nothing would change PX4 back to "
+                f"{name!r} in the air"
+            )
         space, refusal = self.settings.namespace, self._arming_refusal
         external = ExternalMode(self.node.ros, self.px4, space, name, self._mode, refusal, self.settings.loss_limit)
         if not self._by_attitude and not external.watches:

@@ -1,13 +1,14 @@
 """What the relay of the link check passes on, and what it judges, without ROS."""
 
 import struct
+from types import SimpleNamespace
 from unittest.mock import Mock
 
 import pytest
 import yaml
 
 from quad_px4 import check_link
-from quad_px4.check_link import LIMIT, Check, Relay, Row, _is_bad, _parser, _wanted, _words
+from quad_px4.check_link import LIMIT, Check, Relay, Row, _code, _limit, _parser, _stayed, _wanted, _words
 
 NAN = float("nan")
 
@@ -45,19 +46,67 @@ def test_a_cut_link_passes_nothing(relay):
 
 
 @pytest.mark.parametrize(
-    ("row", "is_bad"),
+    ("took", "into", "code"),
     [
-        (Row("offboard", "link cut", 0.2, "AUTO_LAND", 9.0, ""), False),
-        (Row("offboard", "link cut", 0.3, "AUTO_LAND", 9.0, ""), True),
-        (Row("external", "link cut", 1.25, "AUTO_RTL", 9.0, ""), False),
-        (Row("external", "link cut", NAN, "the same", NAN, ""), True),
-        (Row("offboard", "agent killed", NAN, "disarmed", NAN, ""), False),
-        (Row("offboard", "loss_limit 0.01", NAN, "refused", NAN, ""), False),
-        (Row("external", "mode wrench", NAN, "ARMED", NAN, ""), True),
+        (0.2, "AUTO_LAND", 0),
+        (0.3, "AUTO_LAND", 1),
+        (NAN, "the same", 1),
+        (NAN, "disarmed", 0),
+        (NAN, "refused", 0),
+        (NAN, "ARMED", 1),
+        (NAN, "not armed", 2),
+        (NAN, "ended before", 2),
+        (NAN, "not heard", 2),
+        (-0.1, "AUTO_LAND", 2),
     ],
 )
-def test_a_loss_that_lasts_too_long_and_a_limit_that_is_not_refused_are_bad(row, is_bad):
-    assert _is_bad(row) == is_bad
+def test_a_loss_that_lasts_too_long_and_a_limit_that_is_not_refused_are_bad(took, into, code, monkeypatch, capsys):
+    row = Row("offboard", "link cut", took, into, NAN, "")
+    assert _code(row, 0.25) == code
+    for name in ("rclpy.init", "Relay", "Check.lose"):
+        monkeypatch.setattr(f"quad_px4.check_link.{name}", Mock(return_value=row))
+    monkeypatch.setenv("ROS_DOMAIN_ID", "0")
+    options = _parser().parse_args(["air.yaml"])
+    options.bridge = {}
+    assert check_link._fly(options, Mock(), "offboard", "link cut") == code
+    assert into in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("mode", "own", "watches", "limit"),
+    [
+        ("offboard", {}, False, 0.25),
+        ("offboard", {"loss_limit": 0.5}, False, 0.5),
+        ("offboard", {"loss_limit": 1}, True, 1.0),
+        ("offboard", {"loss_limit": 0.0}, False, 0.25),
+        ("external", {"loss_limit": 0.5}, False, 1.5),
+        ("external", {"loss_limit": 0.25}, True, 0.4),
+        ("external", {}, True, 0.4),
+        ("external", {"loss_limit": 0.0}, True, 1.5),
+    ],
+)
+def test_the_limit_is_that_of_the_bridge_or_four_arming_checks(mode, own, watches, limit):
+    assert _limit(mode, own, watches) == pytest.approx(limit)
+
+
+def status(armed, timestamp=12_000_000):
+    return SimpleNamespace(arming_state=2 if armed else 1, timestamp=timestamp)
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "into"),
+    [
+        (status(True), status(True), "the same"),
+        (status(True), status(False), "the same"),
+        (status(False), status(False), "disarmed"),
+        (None, None, "not heard"),
+        (status(True, 9_900_000), status(True, 9_900_000), "not heard"),
+    ],
+)
+def test_a_vehicle_that_is_first_heard_disarmed_has_ended_its_loss_and_one_that_is_disarmed_later_has_not(
+    first, last, into
+):
+    assert _stayed(first, last, began=10.0) == into
 
 
 @pytest.mark.parametrize(
@@ -111,9 +160,16 @@ def test_each_loss_is_flown_in_its_mode_and_the_limit_once():
     options = _parser().parse_args(
         ["air.yaml", "--only", "link cut", "--only", "agent killed", "--only", LIMIT, "--times", "2"]
     )
+    options.bridge = {}
     cut, limit = [("link cut", 1), ("link cut", 2)], [(LIMIT, 1)]
     assert _wanted(options, False) == [(mode, *each) for mode in ("offboard", "external") for each in cut + limit]
     assert len(_wanted(options, True)) == 5, "PX4 itself watches the setpoints of an external mode"
+
+
+def test_by_attitude_no_limit_is_asked_of_offboard_for_none_is_refused():
+    options = _parser().parse_args(["air.yaml", "--only", LIMIT])
+    options.bridge = {"mode": "attitude"}
+    assert _wanted(options, False) == [("external", LIMIT, 1)]
 
 
 @pytest.mark.parametrize(("codes", "found", "flown"), [([0], 0, 1), ([1], 1, 1), ([2, 0], 0, 2), ([-9, -9], 2, 2)])

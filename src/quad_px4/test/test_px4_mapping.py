@@ -31,6 +31,12 @@ def rotors_of(frame):
     return [tuple(rotor) for rotor in (frame.rotor0, frame.rotor1, frame.rotor2, frame.rotor3)]
 
 
+def hovering(rotors):
+    """Return the share of the thrust that each rotor has where no torque is made."""
+    rows = [[-y for _, y, _ in rotors], [x for x, _, _ in rotors], [math.copysign(1.0, km) for *_, km in rotors]]
+    return np.linalg.solve([*rows, [1.0] * 4], [0.0, 0.0, 0.0, 1.0])
+
+
 def flown(frame, setpoint):
     """Return FLU torque and thrust that PX4 makes of a setpoint."""
     commands = allocated(rotors_of(frame), np.array(setpoint.torque), np.array(setpoint.thrust))
@@ -63,6 +69,7 @@ def test_arms_may_differ_and_the_true_drag_ratio_too(wrench, lengths, drag_ratio
         rotor2=RotorPlace(lengths[4], -lengths[5], -KQ),
         rotor3=RotorPlace(-lengths[6], lengths[7], -KQ),
     )
+    assume(min(hovering(rotors_of(frame))) > 1e-3)
     setpoint = mapping.thrust_torque(mapping.build(frame), wrench)
     assume(max(abs(part) for part in setpoint.torque) < 1.0 and setpoint.thrust.z > -1.0)
     assume(setpoint.thrust.z < 0.0)
@@ -190,10 +197,20 @@ def test_the_prediction_is_the_wrench_where_the_rotors_can_and_says_where_they_c
     assert mapping.predict(mapping.build(airframe()), Wrench(-1.0, Vec3(0.0, 0.0, 0.0))).thrust_low
 
 
+PULLED_DOWN = {
+    "rotor0": RotorPlace(0.2, 0.2, 0.05),
+    "rotor1": RotorPlace(-0.05, -0.05, 0.05),
+    "rotor2": RotorPlace(0.2, -0.05, -0.05),
+    "rotor3": RotorPlace(-0.05, 0.2, -0.05),
+}
+"""A level hover without torque asks rotor 0 for thrust downwards."""
+
+
 @pytest.mark.parametrize(
     ("changes", "named"),
     [
-        ({"max_rotor_thrust": 0.0}, "max_rotor_thrust"),
+        ({"max_rotor_thrust": 0.0}, "airframe.max_rotor_thrust: found 0.0, .*; docs/how_to/px4.md"),
+        (PULLED_DOWN, "found shares of -0.05, 0.55, 0.25, 0.25 in the thrust of a hover, expected all above 0"),
         ({"rotor0": RotorPlace(-0.1, -0.1, 0.05)}, "one rotor in each quadrant"),
         ({"rotor0": RotorPlace(0.0, 0.1, 0.05)}, "one rotor in each quadrant"),
         ({"rotor2": RotorPlace(LX, -LY, KQ), "rotor3": RotorPlace(-LX, LY, KQ)}, "yaw"),

@@ -4,6 +4,8 @@ from unittest.mock import Mock
 
 import pytest
 
+from quad_autopilot.parameters import ArmingParameters, Flier
+from quad_core.parameters import ParameterError
 from quad_px4.messages import LOSS_ADVICE, PROFILE
 from quad_px4.node import Px4Bridge
 from quad_px4.parameters import ChosenBy
@@ -18,3 +20,31 @@ def test_offboard_instead_of_an_external_mode_has_the_limit_of_offboard(by_attit
     Px4Bridge._register(bridge)
     assert bridge._external is None
     assert bridge.flight.profile == PROFILE._replace(loss_limit=limit, loss_advice=LOSS_ADVICE if limit else "")
+
+
+@pytest.mark.parametrize(
+    ("name", "chosen_by", "takeoff", "is_refused"),
+    [
+        ("Mine", ChosenBy.PILOT, Flier.AUTOPILOT, True),
+        ("Mine", ChosenBy.PILOT, Flier.OURS, False),
+        ("Mine", ChosenBy.BRIDGE, Flier.AUTOPILOT, False),
+        ("", ChosenBy.PILOT, Flier.AUTOPILOT, False),
+    ],
+)
+def test_a_take_off_after_which_a_pilot_would_have_to_choose_the_mode_again_is_refused(
+    name, chosen_by, takeoff, is_refused, monkeypatch
+):
+    made = Mock()
+    monkeypatch.setattr("quad_px4.node.ExternalMode", made)
+    bridge = Mock(_by_attitude=True)
+    bridge.settings = Mock(
+        external_mode=name, chosen_by=chosen_by.value, arming=ArmingParameters(takeoff=takeoff.value)
+    )
+    if is_refused:
+        with pytest.raises(
+            ParameterError, match=r"arming\.takeoff: found autopilot with chosen_by pilot, expected ours"
+        ):
+            Px4Bridge._registered(bridge)
+    else:
+        Px4Bridge._registered(bridge)
+    assert made.called == (bool(name) and not is_refused)
