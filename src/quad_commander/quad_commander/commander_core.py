@@ -61,7 +61,7 @@ class CommanderCore:
         self._last = PendingRequest(Request.NONE, "")
         self._text = self._answer_text = self._cut = ""
         self._refusals: list[str] | None = None
-        self._on_ground, self._by_autopilot = state.on_ground, False
+        self._seen = Inputs(state=state)
         self._flown = self._gave_up = self._cut_by_end = False
 
     @property
@@ -72,13 +72,13 @@ class CommanderCore:
     def foresee(self, request: Request) -> str:
         """Return why ``request`` would be refused now, empty if it would not."""
         raised = frozenset(condition for condition in Condition if self._said.raised >> condition & 1)
-        answer, blocked_by = modes.asked(self.mode, request, raised, self._on_ground)
+        answer, blocked_by = modes.asked(self.mode, request, raised, self._seen.state.on_ground)
         refusal = modes.refusal_text(self.mode, request, blocked_by) if answer == Answer.REFUSED else ""
-        return refusal or self._unready(request)
+        return refusal or self._unfit(PendingRequest(request, ""))
 
     def step(self, seen: Inputs, asked: Iterable[PendingRequest] = ()) -> Outputs:
         """Return what is said at one step."""
-        self._on_ground, self._by_autopilot = seen.state.on_ground, seen.by_autopilot
+        self._seen = seen
         for one in asked:
             self._requests.add(one)
         if seen.refusals is not None:
@@ -91,7 +91,7 @@ class CommanderCore:
         refusal = f"{request.request.name} was asked for before {request.overtaken} began" if request.overtaken else ""
         if request.place and before.mode in GRANTED[Request.GOTO]:
             refusal = refusal or self._unreachable(request.place, seen.state)
-        refusal = refusal or self._unready(request.request)
+        refusal = refusal or self._unfit(request)
         decision, self._memory = modes.step(
             self._parameters.modes, before, self._observed(seen), Request.NONE if refusal else request.request, seen.dt
         )
@@ -129,16 +129,24 @@ class CommanderCore:
             return f"goto {place}, outside the fence, expected a place within {' to '.join(corners)} m above the ground"
         return ""
 
+    def _unfit(self, asked: PendingRequest) -> str:
+        """Return why what the mode would allow is refused now, empty if it is not."""
+        late = self._seen.mission is not None and self._seen.mission_lag > self._parameters.modes.reference_late
+        # the mission itself asks all the same, and then holds and lands for the lost reference
+        if late and asked.request == Request.MISSION and self.mode == Mode.HOLD and asked.sender != MISSION_SENDER:
+            return modes.refusal_text(self.mode, asked.request, Condition.REFERENCE_LATE)
+        return self._unready(asked.request)
+
     def _unready(self, request: Request) -> str:
         """Return why an autopilot must not be armed yet: one that then waits for the take-off disarms by itself."""
-        if not self._by_autopilot or self.mode != Mode.DISARMED or request not in (Request.ARM, Request.TAKEOFF):
+        if not self._seen.by_autopilot or self.mode != Mode.DISARMED or request not in (Request.ARM, Request.TAKEOFF):
             return ""
         return "the checks before arming have not run yet" if self._is_unseen else "; ".join(self._refusals or [])
 
     @property
     def _is_unseen(self) -> bool:
         """Whether the checks before an autopilot is armed have not run yet."""
-        return self._by_autopilot and self.mode == Mode.DISARMED and self._refusals is None
+        return self._seen.by_autopilot and self.mode == Mode.DISARMED and self._refusals is None
 
     def _observed(self, seen: Inputs) -> Inputs:
         """Return ``seen`` with what the commander itself knows."""
@@ -198,7 +206,7 @@ class CommanderCore:
             kind = "request" if not refusal else MISSION_REFUSED if asked.sender == MISSION_SENDER else REQUEST_REFUSED
             answer = f"refused: {refusal}" if refusal else "done"
             news.append((kind, f"{asked.request.name} of {asked.sender}: {answer}"))
-        if decision.changed or (decision.answer == Answer.DONE and asked.place):
+        if decision.changed or (decision.answer == Answer.DONE and mode == Mode.HOLD):
             limits, asker = self._parameters.modes, self._last.sender
             self._text = modes.reason_text(limits, mode, decision.reason, asker, seen.guard.reason)
         if decision.changed:

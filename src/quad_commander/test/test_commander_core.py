@@ -355,6 +355,25 @@ def test_a_hold_of_an_operator_lasts_as_long_as_the_operator_likes():
     assert flight.go(DT, PendingRequest(Request.MISSION, "operator")).core.mode == Mode.MISSION
 
 
+@pytest.mark.parametrize("is_lost", [False, True])
+def test_a_hold_that_a_fault_began_becomes_that_of_the_operator_who_asks_for_it(is_lost):
+    flight = Flight("takeoff,case1,land").go(5.0)
+    if is_lost:
+        flight.dead = True
+        flight.go(1.0)
+    else:
+        flight.go(DT, overruns=0.2)
+    assert (flight.core.mode, "asked for" in flight.said.text) == (Mode.HOLD, False)
+    flight.go(DT, PendingRequest(Request.HOLD, "operator")).go(3.0 * PARAMETERS.wait_limit)
+    assert (flight.core.mode, flight.said.text) == (Mode.HOLD, "asked for by operator")
+    flight.go(DT, PendingRequest(Request.MISSION, "operator"))
+    if is_lost:  # it would land at the next step
+        assert (flight.core.mode, flight.said.answer_text) == (Mode.HOLD, "MISSION is not possible: reference late")
+        assert flight.core.foresee(Request.MISSION) == flight.said.answer_text
+    else:
+        assert flight.core.mode == Mode.MISSION
+
+
 def test_a_trajectory_that_stays_away_becomes_hold_and_then_land():
     flight = Flight("takeoff,case1,land").go(5.0)
     flight.dead, begun = True, len(flight.modes)
