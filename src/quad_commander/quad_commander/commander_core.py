@@ -69,12 +69,17 @@ class CommanderCore:
         """The mode of the last decision."""
         return self._memory.mode
 
-    def foresee(self, request: Request) -> str:
-        """Return why ``request`` would be refused now, empty if it would not."""
+    def foresee(self, request: Request, place: Place | None = None) -> str:
+        """Return why ``request`` would be refused now, empty if it would not; ``place``: where GOTO is to lead."""
         raised = frozenset(condition for condition in Condition if self._said.raised >> condition & 1)
-        answer, blocked_by = modes.asked(self.mode, request, raised, self._seen.state.on_ground)
-        refusal = modes.refusal_text(self.mode, request, blocked_by) if answer == Answer.REFUSED else ""
-        return refusal or self._unfit(PendingRequest(request, ""))
+        on_ground = self._seen.state.on_ground
+        answer, blocked_by = modes.asked(self.mode, request, raised, on_ground)
+        if answer == Answer.REFUSED:
+            return modes.refusal_text(self.mode, request, blocked_by)
+        for first in self._requests.ahead_of(request):
+            if modes.asked(self.mode, first.request, raised, on_ground)[0] == Answer.DONE:
+                return f"{request.name} is not possible: {first.request.name} of {first.sender} comes first"
+        return self._unfit(PendingRequest(request, "", place=place))
 
     def step(self, seen: Inputs, asked: Iterable[PendingRequest] = ()) -> Outputs:
         """Return what is said at one step."""
@@ -89,8 +94,6 @@ class CommanderCore:
             ]
         before, request = self._memory, self._next_request(seen)
         refusal = f"{request.request.name} was asked for before {request.overtaken} began" if request.overtaken else ""
-        if request.place and before.mode in GRANTED[Request.GOTO]:
-            refusal = refusal or self._unreachable(request.place, seen.state)
         refusal = refusal or self._unfit(request)
         decision, self._memory = modes.step(
             self._parameters.modes, before, self._observed(seen), Request.NONE if refusal else request.request, seen.dt
@@ -131,6 +134,8 @@ class CommanderCore:
 
     def _unfit(self, asked: PendingRequest) -> str:
         """Return why what the mode would allow is refused now, empty if it is not."""
+        if asked.place and self.mode in GRANTED[Request.GOTO]:
+            return self._unreachable(asked.place, self._seen.state)
         late = self._seen.mission is not None and self._seen.mission_lag > self._parameters.modes.reference_late
         # the mission itself asks all the same, and then holds and lands for the lost reference
         if late and asked.request == Request.MISSION and self.mode == Mode.HOLD and asked.sender != MISSION_SENDER:

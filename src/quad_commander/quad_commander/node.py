@@ -21,7 +21,7 @@ from quad_commander.mode_table import GRANTED
 from quad_commander.modes import Inputs
 from quad_commander.preflight import Preflight
 from quad_commander.request_queue import MOST_SENDERS, PendingRequest, RequestQueue
-from quad_commander.services import SENDER, SERVICES, is_finite, place_of
+from quad_commander.services import SERVICES, is_finite, place_of, sender_of
 from quad_core import plugins
 from quad_core.cascade import COMMAND, COMMANDER, RECORDER
 from quad_core.cycle import seconds
@@ -319,11 +319,14 @@ class Commander:
         else:
             self._ask(PendingRequest(Request(message.request), sender, place=place))
 
-    def _ask(self, asked: PendingRequest) -> None:
-        if not self._requests.add(asked):
+    def _ask(self, asked: PendingRequest) -> bool:
+        """Have a request wait for the next step; return whether it does."""
+        is_taken = self._requests.add(asked)
+        if not is_taken:
             who = f"{asked.request.name} of {asked.sender}"
             text = f"flight/request: {who}: {MOST_SENDERS} senders wait; message ignored"
             self.node.events.warn("too_many_requests", text)
+        return is_taken
 
     def _on_call(self, request: Request, asked: Any, response: Any) -> Any:
         place = place_of(asked) if request == Request.GOTO else None
@@ -333,9 +336,10 @@ class Commander:
         elif request == Request.END:
             self._end_asked, refusal = self._end_asked or "asked to end by a service", ""
         elif self._core:
-            refusal = self._core.foresee(request)
+            refusal = self._core.foresee(request, place)
         if not refusal and request != Request.END:
-            self._ask(PendingRequest(request, SENDER, place=place))
+            is_taken = self._ask(PendingRequest(request, sender_of(request), place=place))
+            refusal = "" if is_taken else f"{request.name}: {MOST_SENDERS} senders wait; ask again"
         response.success = not refusal
         response.message = (
             refusal or f"{request.name}: takes effect at the next decision after step {self.node.current_step}"

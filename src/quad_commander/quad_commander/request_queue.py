@@ -71,6 +71,11 @@ class RequestQueue:
                 return asked
         return None
 
+    def ahead_of(self, request: Request) -> list[PendingRequest]:
+        """Return what waits and overtakes ``request`` if it is granted."""
+        rank = _RANKS.get(request, 0)
+        return [asked for asked in self._waiting.values() if _rank(asked) > rank]
+
     def grant(self, asked: PendingRequest) -> None:
         """Remember that a request was done."""
         self._granted[asked.sender, asked.request] = 0.0

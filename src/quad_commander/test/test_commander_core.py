@@ -12,7 +12,7 @@ from quad_commander.missions import parse
 from quad_commander.modes import Inputs
 from quad_commander.parameters import CommanderParameters
 from quad_commander.references import Place
-from quad_commander.request_queue import PendingRequest
+from quad_commander.request_queue import PendingRequest, RequestQueue
 from quad_core.enumerations import GuardMode, GuardReason, Mode, Request
 from quad_core.geometry import quaternion_from_euler
 from quad_core.types import NOT_BEGUN, GuardStatus, Quat, TrajectoryPoint, Vec3, VehicleState
@@ -281,6 +281,25 @@ def test_a_place_that_must_not_be_flown_to_is_refused_by_name(place, reason):
     grounded = Flight(f"takeoff:2,goto:{place[0]} {place[1]} {place[2]},land").go(12.0)
     assert grounded.entered() == [Mode.ARMING, Mode.DISARMED]
     assert f"mission: found {reason}" in grounded.said.outcome
+
+
+def test_what_is_foreseen_of_a_place_is_what_the_next_step_answers():
+    flight = Flight("takeoff:2,hold:600,land").go(8.0)
+    for x in (200.0, 4.0):
+        foreseen = flight.core.foresee(Request.GOTO, Place(x, 0.0, 2.0))
+        assert foreseen == flight.go(DT, sent_to(x, 0.0, 2.0)).said.answer_text
+        assert ("outside the fence" in foreseen) == (x > 100.0)
+
+
+def test_what_a_waiting_request_will_overtake_is_foreseen():
+    flight, queue = Flight("takeoff:2,hold:600,land"), RequestQueue()
+    flight.core = CommanderCore(PARAMETERS, parse("takeoff:2,hold:600,land", []), GROUND, queue)
+    flight.go(8.0)
+    queue.add(PendingRequest(Request.DISARM, "someone"))
+    assert flight.core.foresee(Request.HOLD) == "", "what is refused itself overtakes nothing"
+    queue.add(PendingRequest(Request.LAND, "someone"))
+    assert flight.core.foresee(Request.HOLD) == "HOLD is not possible: LAND of someone comes first"
+    assert flight.core.foresee(Request.LAND) == flight.core.foresee(Request.KILL) == ""
 
 
 def test_a_mission_flies_from_place_to_place():

@@ -107,7 +107,53 @@ def test_the_service_says_at_once_what_the_next_step_would_answer(make):
     assert call(Request.END, Trigger.Request(), Trigger.Response()).success
     assert call(Request.KILL, Trigger.Request(), Trigger.Response()).success
     node.fly(6, 11)
-    assert (node.modes[-1].name, node.modes[-1].sender) == ("KILL", "service")
+    assert (node.modes[-1].name, node.modes[-1].sender) == ("KILL", "service kill")
+
+
+def in_the_air(make):
+    node = make()
+    node.plan()
+    node.ask(FlightRequest.TAKEOFF)
+    node.fly(0, 520)
+    assert node.modes[-1].name == "TAKEOFF"
+    return node
+
+
+def called(node, request):
+    answer = node._on_call(request, Trigger.Request(), Trigger.Response())
+    return answer.success, answer.message
+
+
+def test_the_service_refuses_a_place_that_the_next_step_would_refuse(make):
+    node = in_the_air(make)
+    sent = node._on_call(Request.GOTO, Goto.Request(p_w=[200.0, 0.0, 2.0], yaw=math.nan), Goto.Response())
+    assert (sent.success, "goto 200 0 2, outside the fence" in sent.message) == (False, True)
+
+
+def test_a_service_is_refused_by_name_when_no_more_senders_can_wait(make):
+    node = in_the_air(make)
+    for number in range(16):
+        node.ask(FlightRequest.HOLD, f"sender {number}")
+    assert called(node, Request.HOLD) == (False, "HOLD: 16 senders wait; ask again")
+    assert called(node, Request.LAND)[0]
+
+
+def test_a_service_is_refused_by_name_while_a_more_severe_one_waits(make):
+    node = in_the_air(make)
+    assert called(node, Request.LAND)[0]
+    assert called(node, Request.HOLD) == (False, "HOLD is not possible: LAND of service land comes first")
+    node.fly(520, 531)
+    assert (node.modes[-1].name, node.modes[-1].answer) == ("LAND", FlightMode.DONE)
+
+
+def test_a_service_that_a_later_one_overtakes_is_refused_on_the_next_step(make):
+    node = in_the_air(make)
+    assert called(node, Request.HOLD)[0]
+    assert called(node, Request.LAND)[0]
+    node.fly(520, 531)
+    assert [mode.name for mode in node.modes[-2:]] == ["LAND", "LAND"]
+    refused = "HOLD of service hold: refused: HOLD was asked for before LAND began"
+    assert refused in [text for _, kind, text in node.events if kind == "request_refused"]
 
 
 @pytest.mark.parametrize(("lands", "mode"), [("true", "LAND"), ("false", "TAKEOFF")])
