@@ -102,7 +102,7 @@ class CommanderCore:
             decision = decision._replace(answer=Answer.REFUSED)
         elif decision.answer == Answer.REFUSED:
             refusal = modes.refusal_text(before.mode, request.request, decision.blocked_by)
-        elif decision.answer == Answer.DONE and request.sender != MISSION_SENDER:
+        elif decision.answer == Answer.DONE:
             self._requests.grant(request)
             self._requests.overtake(decision.mode)
         if decision.changed and decision.reason != modes.ON_REQUEST and severity(decision.mode) > severity(before.mode):

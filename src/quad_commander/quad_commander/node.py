@@ -16,7 +16,7 @@ from rclpy.publisher import Publisher
 from sensor_msgs.msg import BatteryState
 
 from quad_commander import missions
-from quad_commander.commander_core import MISSION_REFUSED, REQUEST_REFUSED, CommanderCore, Outputs
+from quad_commander.commander_core import MISSION_REFUSED, MISSION_SENDER, REQUEST_REFUSED, CommanderCore, Outputs
 from quad_commander.mode_table import GRANTED
 from quad_commander.modes import Inputs
 from quad_commander.preflight import Preflight
@@ -298,6 +298,8 @@ class Commander:
 
     def _on_request(self, message: FlightRequest) -> None:
         found, expected, sender = "", "one of its constants", message.sender or _UNNAMED
+        if sender == MISSION_SENDER:  # its refusals count against the mission
+            sender = f"another {sender}"
         if len(message.sender) > _LONGEST_SENDER or not message.sender.isprintable():  # every mode says it again
             found = f"a sender of {len(message.sender)} characters"
             expected = f"at most {_LONGEST_SENDER} printable ones"

@@ -367,6 +367,12 @@ def test_what_is_granted_overtakes_all_that_is_milder_whoever_asked_for_it(sever
     assert flight.go(DT, PendingRequest(Request.HOLD, "operator 1")).core.mode == Mode.HOLD, "asked for later it counts"
 
 
+def test_what_is_granted_overtakes_also_for_a_sender_that_bears_the_name_of_the_mission():
+    flight = Flight("takeoff,hold:600").go(8.0)
+    flight.go(0.1, PendingRequest(Request.LAND, "mission"), PendingRequest(Request.HOLD, "x"))
+    assert (flight.core.mode, flight.said.answer_text) == (Mode.LAND, "HOLD was asked for before LAND began")
+
+
 def test_a_hold_of_an_operator_lasts_as_long_as_the_operator_likes():
     flight = Flight("takeoff,case1,land").go(5.0).go(DT, PendingRequest(Request.HOLD, "operator"))
     flight.go(3.0 * PARAMETERS.wait_limit)

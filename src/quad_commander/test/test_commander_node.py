@@ -72,6 +72,17 @@ def test_an_unnamed_sender_is_a_sender_and_a_refusal_is_a_warning_with_its_reaso
     assert node.modes[-1].sender == "unnamed"
 
 
+def test_the_name_of_the_mission_is_its_own(make):
+    """LAND of a stranger, refused on the ground for longer than a take-off may be late, gave the flight up."""
+    node = make("mission:=takeoff,land", "modes.arming_late:=0.1")
+    node.plan()
+    for step in range(0, 200, 5):
+        node.ask(FlightRequest.LAND, "mission")
+        node.fly(step, step + 5)
+    assert [mode.is_over for mode in node.modes] == [False] * len(node.modes)
+    assert node.modes[-1].sender == "another mission"
+
+
 @pytest.mark.parametrize(
     ("place", "yaw", "reference"),
     [([0.5, 0.0, 1.0], math.nan, (0.5, 0.0)), ([0.5, 0.0, 1.0], 0.5, (0.5, 0.5)), ([math.inf, 0.0, 1.0], 0.0, None)],
