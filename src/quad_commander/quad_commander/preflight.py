@@ -104,6 +104,8 @@ class Preflight:
         """Return what is wrong with rates. An autopilot sends states at its own rate; controllers answer each."""
         found, plant_period, limits = [], self._flight.plant_period, self._limits
         elapsed = seconds(sample.step - self._first_step, plant_period)
+        if elapsed <= 0.0:  # without states a slow commander decides on one step again
+            return ["state: found none since the checks began, expected some"]
         spacing, announced = elapsed / max(states - self._first_states, 1), seconds(1, plant_period)
         for topic, role in self._streams.items():
             period = self._periods.get(role)
