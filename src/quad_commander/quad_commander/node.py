@@ -37,7 +37,7 @@ from quad_node.responder import Responder, Sample
 
 _CHECKS_EVERY, _FIRST_LOOK = 0.3, 1.0  # s; over which an autopilot that is not armed yet is looked at
 _WINDOW = 1.0  # s over which late cycles are counted
-_STOOD_STILL = 0.03  # s between two cycles from which on silence is not held against others
+_TICK = 0.05  # s between two calls of ``_watch``: what comes later was a pause of this node itself
 _LONGEST_SENDER, _UNNAMED = 200, "unnamed"  # characters; the sender of a request that names none
 _REQUESTS = frozenset(GRANTED)
 _MOST_REQUESTS = 512  # messages: a burst of others must not push out a KILL before it is read
@@ -92,7 +92,7 @@ class Commander:
 
     def step(self, sample: Sample, arrivals: list[Stamped | None]) -> Iterator[tuple[Publisher, Any]]:
         """Give reference and mode of one step, both from one decision."""
-        self._slept(time.monotonic())
+        self._forgive_own_pause(time.monotonic())
         mission_arrival, guard_arrival = arrivals
         if mission_arrival is not None and self.node.lockstep:
             self.responder.given_up.clear()
@@ -160,7 +160,7 @@ class Commander:
         if node.lockstep or self._last is None or not node.flying:
             return
         now = time.monotonic()
-        self._slept(now)
+        self._forgive_own_pause(now)
         quiet = now - self.responder.state_heard
         if quiet <= self.settings.modes.state_lost:
             return
@@ -175,7 +175,8 @@ class Commander:
     def _give_up_mission(self) -> None:
         """In lockstep go on without a mission reference that stays away: that becomes HOLD, then LAND."""
         responder, topic = self.responder, self._mission_in.topic
-        if not responder.waits or topic in responder.given_up:
+        is_there = self._mission_in.at(responder.next_step) is not None
+        if not responder.waits or is_there or topic in responder.given_up:
             return
         if time.monotonic() - responder.state_heard > self.settings.give_up:
             responder.given_up.add(topic)
@@ -192,13 +193,13 @@ class Commander:
             text = "flight/recorded: the recorder has left; what is flown from now on is not recorded"
             node.events.warn("recorder_lost", text)
 
-    def _slept(self, now: float) -> None:
+    def _forgive_own_pause(self, now: float) -> None:
         """Let nothing grow old over the time in which this node itself stood still and received nothing."""
-        slept, self._awake = now - self._awake, now
-        if slept > _STOOD_STILL:
-            self._heard = {topic: min(heard + slept, now) for topic, heard in self._heard.items()}
-        if slept > _MISSED_TICKS:
-            self.responder.state_heard = min(self.responder.state_heard + slept, now)
+        since, self._awake = now - self._awake, now
+        if (pause := since - _TICK) > 0.0:
+            self._heard = {topic: min(heard + pause, now) for topic, heard in self._heard.items()}
+        if since > _MISSED_TICKS:
+            self.responder.state_heard = min(self.responder.state_heard + since, now)
 
     def _on_life(self, topic: str, payload: bytes) -> None:
         """Note that ``topic`` is alive; a wrench names no run, and its value matters to others."""

@@ -267,6 +267,18 @@ def test_in_lockstep_a_mission_reference_that_stays_away_is_given_up_after_a_whi
     assert node.modes[-1].step == 15
 
 
+def test_in_lockstep_a_guard_report_that_stays_away_is_no_lost_mission(make):
+    node = make()
+    node.fly(0, 6)
+    node.mission(10)
+    node.state(10)
+    node.responder.state_heard -= 1.1
+    node._watch()
+    assert (node.events, node.responder.given_up, len(node.modes)) == ([], set(), 2)
+    node.guard(9)
+    assert node.modes[-1].step == 10
+
+
 def test_in_real_time_a_state_that_stays_away_is_decided_on_all_the_same(make):
     node = make("flight.mode:=realtime")
     node.fly(0, 6)
@@ -296,8 +308,45 @@ def test_a_commander_that_slept_holds_it_against_nobody(make, monkeypatch):
         node.state(step)
         clock.now += 0.01
     raised = [mode.raised >> Condition.SETPOINT_LOST & 3 for mode in node.modes[2:]]  # setpoint, state
-    assert raised[:29] == [0] * 29
+    assert raised[:24] == [0] * 24
     assert raised[-1] == 1
+
+
+@pytest.mark.parametrize("period_steps", [5, 16, 25, 50, 150])
+def test_a_slow_commander_too_sees_that_a_setpoint_stays_away(make, monkeypatch, period_steps):
+    clock = SimpleNamespace(now=1000.0)
+    monkeypatch.setattr(commander_node.time, "monotonic", lambda: clock.now)
+    node = make("flight.mode:=realtime", f"period_steps:={period_steps}")
+    for step in range(301):
+        if step % period_steps == 0:
+            node.mission(step, length=period_steps)
+        node.state(step)
+        if step % 25 == 7:  # 20 times a second
+            node._watch()
+        clock.now += 0.002
+    raised = {mode.step: mode.raised >> Condition.SETPOINT_LOST & 3 for mode in node.modes}
+    assert [step for step, found in raised.items() if found == 1] == [step for step in raised if step > 150]
+
+
+def test_states_that_stop_as_a_slow_commander_arms_are_named(make, monkeypatch):
+    clock = SimpleNamespace(now=1000.0)
+    monkeypatch.setattr(commander_node.time, "monotonic", lambda: clock.now)
+    node = make("flight.mode:=realtime", "period_steps:=250")
+    node.plan()
+    node.fly(0, 250)
+    node.ask(FlightRequest.ARM)
+    node.fly(250, 251)
+    assert node.modes[-1].name == "ARMING"
+    for step in range(251, 451):
+        clock.now += 0.002
+        node.state(step)
+        if step % 25 == 0:
+            node._watch()
+    for _ in range(3):
+        clock.now += 0.05
+        node._watch()  # decides on step 250 again
+    node.fly(500, 502)
+    assert [mode.name for mode in node.modes[-2:]] == ["ARMING", "DISARMED"]
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGHUP"])
