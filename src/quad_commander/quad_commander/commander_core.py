@@ -59,10 +59,11 @@ class CommanderCore:
         self._unbegun = self._refused_for = 0.0
         self._said = FlightMode()
         self._last = PendingRequest(Request.NONE, "")
-        self._text = self._answer_text = self._cut = ""
+        self._text = self._answer_text = self._why_down = ""
+        self._down_for = modes.NO_REASON
         self._refusals: list[str] | None = None
         self._seen = Inputs(state=state)
-        self._flown = self._gave_up = self._cut_by_end = False
+        self._flown = self._gave_up = False
 
     @property
     def mode(self) -> Mode:
@@ -214,6 +215,8 @@ class CommanderCore:
         if decision.changed or (decision.answer == Answer.DONE and mode == Mode.HOLD):
             limits, asker = self._parameters.modes, self._last.sender
             self._text = modes.reason_text(limits, mode, decision.reason, asker, seen.guard.reason)
+            if decision.reason == Condition.END_ASKED:
+                self._text = seen.end_asked or self._text
         if decision.changed:
             if mode == Mode.DISARMED and before.mode == Mode.ARMING:
                 self._gave_up = True
@@ -223,12 +226,12 @@ class CommanderCore:
             news.append(("mode", f"{before.mode.name} to {mode.name}: {self._text}"))
             said = said._replace(since=seen.step)
             self._flown = self._flown or mode not in ON_GROUND
-            is_cut = severity(mode) >= severity(Mode.LAND)
-            if not is_cut and mode not in ON_GROUND:
-                self._cut = ""
-            elif is_cut and not self._cut:
-                self._cut_by_end = decision.reason == Condition.END_ASKED
-                self._cut = f"{mode.name} at step {seen.step}: {self._text}"
+            comes_down = severity(mode) >= severity(Mode.LAND)
+            if not comes_down and mode not in ON_GROUND:
+                self._why_down = ""
+            elif comes_down and not self._why_down:
+                self._down_for = decision.reason
+                self._why_down = f"{mode.name} at step {seen.step}: {self._text}"
             if mode == Mode.ARMING:
                 self._refusals = None
         raised = sum(1 << condition for condition in decision.raised)
@@ -244,10 +247,15 @@ class CommanderCore:
         return self.mode == Mode.DISARMED and (done or bool(seen.end_asked) or (self._gave_up and self._mission != ()))
 
     def _outcome(self, seen: Inputs) -> str:
-        """Return why the mission was not flown to its end; empty if it was, or without a mission if nothing failed."""
-        if seen.end_asked and (not self._flown or self._cut_by_end):
+        """Return why the mission was not flown to its end, empty if it was.
+
+        Without a mission: why the vehicle came down, empty if an operator asked for that.
+        """
+        if seen.end_asked and (not self._flown or self._down_for == Condition.END_ASKED):
             return f"landed: {seen.end_asked}" if self._flown else seen.end_asked
         if self.mode == Mode.KILL or not self._flown:
-            return self._cut or f"not armed: {self._text}"
-        last = bool(self._mission) and self._item.item >= len(self._mission) - 1 and self._item.began
-        return "" if last else f"mission not finished: {self._cut}"
+            return self._why_down or f"not armed: {self._text}"
+        if not self._mission:
+            return "" if self._down_for == modes.ON_REQUEST else self._why_down
+        last = self._item.item >= len(self._mission) - 1 and self._item.began
+        return "" if last else f"mission not finished: {self._why_down}"

@@ -426,6 +426,34 @@ def test_ctrl_c_lands_and_says_so():
     assert (flight.said.mode.is_over, flight.said.outcome) == (True, "landed: interrupted by SIGINT")
 
 
+def by_hand():
+    """Return a flight without a mission in HOLD."""
+    flight = Flight("").go(DT, PendingRequest(Request.TAKEOFF, "pilot")).go(8.0)
+    assert flight.core.mode == Mode.HOLD
+    return flight
+
+
+def test_a_flight_without_a_mission_that_an_operator_landed_ends_good():
+    flight = by_hand().go(5.0, PendingRequest(Request.LAND, "pilot"))
+    assert (flight.core.mode, flight.said.mode.is_over) == (Mode.DISARMED, False)
+    flight.go(DT, end_asked="asked to end by a service")
+    assert (flight.said.mode.is_over, flight.said.outcome) == (True, "")
+
+
+@pytest.mark.parametrize(("seen", "outcome"), [
+    ({"battery": 0.1}, "LAND at step 4005: battery below 20%"),
+    ({"end_asked": "asked to end by a service"}, "landed: asked to end by a service"),
+])  # fmt: skip
+def test_a_flight_without_a_mission_that_came_down_by_itself_says_why(seen, outcome):
+    flight = by_hand().go(5.0, **seen).go(DT, end_asked="asked to end by a service")
+    assert (flight.said.mode.is_over, flight.said.outcome) == (True, outcome)
+
+
+def test_a_landing_for_the_end_of_the_flight_names_who_asked_for_it():
+    flight = by_hand().go(DT, end_asked="asked to end by a service")
+    assert (flight.core.mode, flight.said.text) == (Mode.LAND, "asked to end by a service")
+
+
 def test_a_mission_that_is_not_armed_ends_with_every_reason():
     flight = Flight("takeoff,land")
     flight.refusals = ["tilt: found 20.0 deg", "plan: found none"]
