@@ -1,7 +1,14 @@
-"""The commander node: takes `mission/reference`, gives `reference` and `flight/mode`, answers requests.
+"""The commander node: decides which mode is flown, makes the reference of every mode, answers requests.
 
-Subscribes: state, mission/reference, flight/guard, flight/request, attitude_setpoint, and what tells of the battery.
-The nodes of a flight follow `flight/mode/steps`; `flight/mode` is latched and shows others the newest mode.
+A step is the state of every ``period_steps``-th plant step together with its `mission/reference` and `flight/guard`.
+In real time a step waits until the next state at most, and where no state comes a tick of 50 ms decides. The nodes of a
+flight follow `reference` and `flight/mode/steps`, both of one decision; `flight/mode` is latched and shows others the
+newest mode. A mode with ``is_over`` asks for the end of the flight; the node leaves when `flight/state` says ENDED or
+FAILED, or the vehicle interface is silent for long.
+
+Subscribes: state (VehicleState), mission/reference (TrajectoryPoint), flight/guard (GuardStatus), attitude_setpoint
+(AttitudeThrust), wrench_setpoint (WrenchStamped), flight/plan (FlightPlan), flight/nodes (NodeStatus), flight/request
+(FlightRequest), flight/autopilot (AutopilotStatus), battery_state (BatteryState), flight/events (FlightEvent).
 """
 
 import math

@@ -2,7 +2,7 @@
 
     looked = Preflight(flight, settings)
     looked.begin(sample, states)                # when ARMING begins; then on_node, on_plan, count, note
-    reasons = looked.refusals(sample, states, unmatched, battery)       # every 0.3 s; empty: the checks have passed
+    reasons = looked.refusals(sample, states, wrong, battery)           # every 0.3 s; empty: the checks have passed
 
 A reason names what was found and what was expected, so that it can be shown to the operator as it is.
 """

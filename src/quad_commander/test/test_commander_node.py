@@ -1,6 +1,7 @@
 """The commander's node: messages in, messages out; requests, services, and a mission reference that stays away."""
 
 import math
+import re
 from functools import partial
 from types import SimpleNamespace
 
@@ -14,6 +15,7 @@ from quad_core.enumerations import Request
 from quad_msgs import msg
 from quad_msgs.msg import FlightEvent, FlightMode, FlightRequest
 from quad_msgs.srv import Goto
+from quad_node import topics
 
 
 @pytest.fixture
@@ -35,6 +37,14 @@ def test_mode_and_reference_of_a_step_come_together_and_wait_for_the_mission_and
     assert len(node.modes) == 1
     node.guard(4)
     assert [mode.step for mode in node.modes] == [0, 5]
+
+
+def test_the_file_of_the_node_names_what_it_subscribes(make):
+    callbacks = make().callbacks
+    (named,) = re.findall(r"^Subscribes: (.*?)\.$", commander_node.__doc__, re.MULTILINE | re.DOTALL)
+    found = dict(re.findall(r"([\w/]+)\s\((\w+)\)", named))
+    assert set(found) | {"flight/state"} == set(callbacks)
+    assert found == {topic: topics.TOPICS[topic].type.__name__ for topic in found}
 
 
 def test_a_request_takes_effect_at_the_next_step_which_is_recorded(make):
