@@ -14,7 +14,7 @@ from quad_commander.mode_table import BY_REFERENCE, GRANTED, Condition, severity
 from quad_commander.modes import Inputs
 from quad_commander.parameters import CommanderParameters
 from quad_commander.references import Place
-from quad_commander.request_queue import PendingRequest, RequestQueue
+from quad_commander.request_queue import REPEATS_WITHIN, PendingRequest, RequestQueue
 from quad_core.enumerations import ON_GROUND, Answer, Mode, Request
 from quad_core.geometry import norm, subtract
 from quad_core.types import FlightMode, TrajectoryPoint, Vec3, VehicleState
@@ -70,8 +70,9 @@ class CommanderCore:
         """The mode of the last decision."""
         return self._memory.mode
 
-    def foresee(self, request: Request, place: Place | None = None) -> str:
-        """Return why ``request`` would be refused now, empty if it would not; ``place``: where GOTO is to lead."""
+    def foresee(self, asked: PendingRequest) -> str:
+        """Return why ``asked`` would be refused now, empty if it would not."""
+        request = asked.request
         raised = frozenset(condition for condition in Condition if self._said.raised >> condition & 1)
         on_ground = self._seen.state.on_ground
         answer, blocked_by = modes.asked(self.mode, request, raised, on_ground)
@@ -80,7 +81,9 @@ class CommanderCore:
         for first in self._requests.ahead_of(request):
             if modes.asked(self.mode, first.request, raised, on_ground)[0] == Answer.DONE:
                 return f"{request.name} is not possible: {first.request.name} of {first.sender} comes first"
-        return self._unfit(PendingRequest(request, "", place=place))
+        if self._requests.only_repeats(asked, self.mode):
+            return f"{request.name} is not possible: granted less than {REPEATS_WITHIN:g} s ago; ask again then"
+        return self._unfit(asked)
 
     def step(self, seen: Inputs, asked: Iterable[PendingRequest] = ()) -> Outputs:
         """Return what is said at one step."""

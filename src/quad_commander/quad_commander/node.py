@@ -340,16 +340,15 @@ class Commander:
 
     def _on_call(self, request: Request, asked: Any, response: Any) -> Any:
         place = place_of(asked) if request == Request.GOTO else None
-        refusal = "" if self._core else "the flight has not begun"
+        wanted, refusal = PendingRequest(request, sender_of(request), place=place), ""
         if place is not None and not is_finite(place):
             refusal = f"found goto {place}, expected finite numbers"
         elif request == Request.END:
-            self._end_asked, refusal = self._end_asked or "asked to end by a service", ""
-        elif self._core:
-            refusal = self._core.foresee(request, place)
-        if not refusal and request != Request.END:
-            is_taken = self._ask(PendingRequest(request, sender_of(request), place=place))
-            refusal = "" if is_taken else f"{request.name}: {MOST_SENDERS} senders wait; ask again"
+            self._end_asked = self._end_asked or "asked to end by a service"
+        else:
+            refusal = self._core.foresee(wanted) if self._core else "the flight has not begun"
+        if not (refusal or request == Request.END or self._ask(wanted)):
+            refusal = f"{request.name}: {MOST_SENDERS} senders wait; ask again"
         response.success = not refusal
         response.message = (
             refusal or f"{request.name}: takes effect at the next decision after step {self.node.current_step}"

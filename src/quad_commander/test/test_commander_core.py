@@ -243,7 +243,11 @@ def test_a_hold_before_the_vehicle_is_clear_of_the_ground_lands_in_place(asked, 
     assert (flight.core.mode, flight.said.text) == (Mode.LAND, f"{text}; not clear of the ground")
     flight.go(1.0, **standing).go(DT, PendingRequest(Request.HOLD, "pilot"), **standing)
     assert (flight.core.mode, flight.said.reference.p_w[:2]) == (Mode.LAND, (0.2, 0.0))
-    assert flight.said.answer_text == flight.core.foresee(Request.HOLD) == "HOLD is not possible in LAND"
+    assert (
+        flight.said.answer_text
+        == flight.core.foresee(PendingRequest(Request.HOLD, "me"))
+        == "HOLD is not possible in LAND"
+    )
     assert flight.said.reference.p_w.z < 0.0
     flight.go(DT, state=standing["state"], guard=GuardStatus(on_ground=True, contact=True))
     assert (flight.core.mode, flight.said.mode.is_over) == (Mode.DISARMED, True)
@@ -286,7 +290,7 @@ def test_a_place_that_must_not_be_flown_to_is_refused_by_name(place, reason):
 def test_what_is_foreseen_of_a_place_is_what_the_next_step_answers():
     flight = Flight("takeoff:2,hold:600,land").go(8.0)
     for x in (200.0, 4.0):
-        foreseen = flight.core.foresee(Request.GOTO, Place(x, 0.0, 2.0))
+        foreseen = flight.core.foresee(sent_to(x, 0.0, 2.0))
         assert foreseen == flight.go(DT, sent_to(x, 0.0, 2.0)).said.answer_text
         assert ("outside the fence" in foreseen) == (x > 100.0)
 
@@ -296,10 +300,16 @@ def test_what_a_waiting_request_will_overtake_is_foreseen():
     flight.core = CommanderCore(PARAMETERS, parse("takeoff:2,hold:600,land", []), GROUND, queue)
     flight.go(8.0)
     queue.add(PendingRequest(Request.DISARM, "someone"))
-    assert flight.core.foresee(Request.HOLD) == "", "what is refused itself overtakes nothing"
+    assert flight.core.foresee(PendingRequest(Request.HOLD, "me")) == "", "what is refused itself overtakes nothing"
     queue.add(PendingRequest(Request.LAND, "someone"))
-    assert flight.core.foresee(Request.HOLD) == "HOLD is not possible: LAND of someone comes first"
-    assert flight.core.foresee(Request.LAND) == flight.core.foresee(Request.KILL) == ""
+    assert (
+        flight.core.foresee(PendingRequest(Request.HOLD, "me")) == "HOLD is not possible: LAND of someone comes first"
+    )
+    assert (
+        flight.core.foresee(PendingRequest(Request.LAND, "me"))
+        == flight.core.foresee(PendingRequest(Request.KILL, "me"))
+        == ""
+    )
 
 
 def test_a_mission_flies_from_place_to_place():
@@ -394,7 +404,7 @@ def test_a_hold_that_a_fault_began_becomes_that_of_the_operator_who_asks_for_it(
     flight.go(DT, PendingRequest(Request.MISSION, "operator"))
     if is_lost:  # it would land at the next step
         assert (flight.core.mode, flight.said.answer_text) == (Mode.HOLD, "MISSION is not possible: reference late")
-        assert flight.core.foresee(Request.MISSION) == flight.said.answer_text
+        assert flight.core.foresee(PendingRequest(Request.MISSION, "me")) == flight.said.answer_text
     else:
         assert flight.core.mode == Mode.MISSION
 
@@ -470,7 +480,10 @@ def test_an_autopilot_is_not_armed_before_every_check_has_passed():
     flight.refusals = ["battery: found 10 %", "state: the estimate moves"]
     flight.go(2.0, by_autopilot=True)
     refused = "battery: found 10 %; state: the estimate moves"
-    assert [flight.core.foresee(request) for request in (Request.ARM, Request.TAKEOFF)] == [refused, refused]
+    assert [flight.core.foresee(PendingRequest(request, "me")) for request in (Request.ARM, Request.TAKEOFF)] == [
+        refused,
+        refused,
+    ]
     flight.go(9.0, by_autopilot=True)
     assert flight.entered() == [Mode.DISARMED]
     assert (flight.said.mode.is_over, flight.said.outcome) == (True, f"not armed: {refused}")

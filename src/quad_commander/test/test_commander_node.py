@@ -116,7 +116,7 @@ def test_a_place_that_is_asked_for_is_where_the_reference_goes(make, place, yaw,
 def test_the_service_says_at_once_what_the_next_step_would_answer(make):
     node = make()
     call = node._on_call
-    before = call(FlightRequest.ARM, Trigger.Request(), Trigger.Response())
+    before = call(Request.ARM, Trigger.Request(), Trigger.Response())
     assert (before.success, before.message) == (False, "the flight has not begun")
     node.fly(0, 6)
     names = {service.srv_name for service in node._offered}
@@ -165,6 +165,18 @@ def test_a_service_is_refused_by_name_while_a_more_severe_one_waits(make):
     assert called(node, Request.HOLD) == (False, "HOLD is not possible: LAND of service land comes first")
     node.fly(520, 531)
     assert (node.modes[-1].name, node.modes[-1].answer) == ("LAND", FlightMode.DONE)
+
+
+def test_a_service_that_only_repeats_what_a_landing_has_ended_is_refused_by_name(make):
+    node = in_the_air(make)
+    for request, sender in ((Request.HOLD, "service hold"), (Request.LAND, "pilot")):
+        node.ask(request, sender)
+        node.fly(520 if request == Request.HOLD else 526, 526 if request == Request.HOLD else 531)
+    assert node.modes[-1].name == "LAND"
+    text = "HOLD is not possible: granted less than 0.5 s ago; ask again then"
+    assert called(node, Request.HOLD) == (False, text)
+    node.fly(531, 790)
+    assert called(node, Request.HOLD)[0]
 
 
 def test_a_service_that_a_later_one_overtakes_is_refused_on_the_next_step(make):
