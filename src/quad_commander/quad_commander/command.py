@@ -17,7 +17,7 @@ from rclpy.node import Node
 
 from quad_commander.missions import read_place
 from quad_commander.references import Place
-from quad_commander.services import SENDER, SERVICES
+from quad_commander.services import SERVICES, sender_of
 from quad_core.command_line import Parser, open_streams
 from quad_core.enumerations import Request
 from quad_core.parameters import ParameterError
@@ -59,7 +59,9 @@ def ask(request: Request, namespace: str, patience: float, place: Place | None =
         if not spin(answered.done):
             return NO_ANSWER, f"{name}: found no answer within {patience:g} s, expected one"
         answer = answered.result()
-        is_decided = answer.success and request != Request.END and spin(lambda: said and _is_ours(said[-1], before))
+        is_decided = (
+            answer.success and request != Request.END and spin(lambda: said and _is_ours(said[-1], request, before))
+        )
     finally:
         executor.destroy(node, _HUNG)
     mode = said[-1] if said else FlightMode()
@@ -73,9 +75,10 @@ def ask(request: Request, namespace: str, patience: float, place: Place | None =
     return DONE, f"done at step {mode.request_step}: the mode is {mode.name}{more}"
 
 
-def _is_ours(mode: FlightMode, before: int) -> bool:
-    """Return whether ``mode`` answers a call of a service after the request of step ``before``."""
-    return bool(mode.sender == SENDER and mode.request_step != before)
+def _is_ours(mode: FlightMode, request: Request, before: int) -> bool:
+    """Return whether ``mode`` answers a call of the service of ``request`` after the request of step ``before``."""
+    is_it = mode.sender == sender_of(request) and mode.request == request
+    return bool(is_it and mode.request_step != before)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

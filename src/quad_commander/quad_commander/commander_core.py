@@ -14,7 +14,7 @@ from quad_commander.mode_table import BY_REFERENCE, GRANTED, Condition, severity
 from quad_commander.modes import Inputs
 from quad_commander.parameters import CommanderParameters
 from quad_commander.references import Place
-from quad_commander.request_queue import PendingRequest, RequestQueue
+from quad_commander.request_queue import REPEATS_WITHIN, PendingRequest, RequestQueue
 from quad_core.enumerations import ON_GROUND, Answer, Mode, Request
 from quad_core.geometry import norm, subtract
 from quad_core.types import FlightMode, TrajectoryPoint, Vec3, VehicleState
@@ -59,26 +59,35 @@ class CommanderCore:
         self._unbegun = self._refused_for = 0.0
         self._said = FlightMode()
         self._last = PendingRequest(Request.NONE, "")
-        self._text = self._answer_text = self._cut = ""
+        self._text = self._answer_text = self._why_down = ""
+        self._down_for = modes.NO_REASON
         self._refusals: list[str] | None = None
-        self._on_ground, self._by_autopilot = state.on_ground, False
-        self._flown = self._gave_up = self._cut_by_end = False
+        self._seen = Inputs(state=state)
+        self._flown = self._gave_up = False
 
     @property
     def mode(self) -> Mode:
         """The mode of the last decision."""
         return self._memory.mode
 
-    def foresee(self, request: Request) -> str:
-        """Return why ``request`` would be refused now, empty if it would not."""
+    def foresee(self, asked: PendingRequest) -> str:
+        """Return why ``asked`` would be refused now, empty if it would not."""
+        request = asked.request
         raised = frozenset(condition for condition in Condition if self._said.raised >> condition & 1)
-        answer, blocked_by = modes.asked(self.mode, request, raised, self._on_ground)
-        refusal = modes.refusal_text(self.mode, request, blocked_by) if answer == Answer.REFUSED else ""
-        return refusal or self._unready(request)
+        on_ground = self._seen.state.on_ground
+        answer, blocked_by = modes.asked(self.mode, request, raised, on_ground)
+        if answer == Answer.REFUSED:
+            return modes.refusal_text(self.mode, request, blocked_by)
+        for first in self._requests.ahead_of(request):
+            if modes.asked(self.mode, first.request, raised, on_ground)[0] == Answer.DONE:
+                return f"{request.name} is not possible: {first.request.name} of {first.sender} comes first"
+        if self._requests.only_repeats(asked, self.mode):
+            return f"{request.name} is not possible: granted less than {REPEATS_WITHIN:g} s ago; ask again then"
+        return self._unfit(asked)
 
     def step(self, seen: Inputs, asked: Iterable[PendingRequest] = ()) -> Outputs:
         """Return what is said at one step."""
-        self._on_ground, self._by_autopilot = seen.state.on_ground, seen.by_autopilot
+        self._seen = seen
         for one in asked:
             self._requests.add(one)
         if seen.refusals is not None:
@@ -89,9 +98,7 @@ class CommanderCore:
             ]
         before, request = self._memory, self._next_request(seen)
         refusal = f"{request.request.name} was asked for before {request.overtaken} began" if request.overtaken else ""
-        if request.place and before.mode in GRANTED[Request.GOTO]:
-            refusal = refusal or self._unreachable(request.place, seen.state)
-        refusal = refusal or self._unready(request.request)
+        refusal = refusal or self._unfit(request)
         decision, self._memory = modes.step(
             self._parameters.modes, before, self._observed(seen), Request.NONE if refusal else request.request, seen.dt
         )
@@ -99,7 +106,7 @@ class CommanderCore:
             decision = decision._replace(answer=Answer.REFUSED)
         elif decision.answer == Answer.REFUSED:
             refusal = modes.refusal_text(before.mode, request.request, decision.blocked_by)
-        elif decision.answer == Answer.DONE and request.sender != MISSION_SENDER:
+        elif decision.answer == Answer.DONE:
             self._requests.grant(request)
             self._requests.overtake(decision.mode)
         if decision.changed and decision.reason != modes.ON_REQUEST and severity(decision.mode) > severity(before.mode):
@@ -129,16 +136,26 @@ class CommanderCore:
             return f"goto {place}, outside the fence, expected a place within {' to '.join(corners)} m above the ground"
         return ""
 
+    def _unfit(self, asked: PendingRequest) -> str:
+        """Return why what the mode would allow is refused now, empty if it is not."""
+        if asked.place and self.mode in GRANTED[Request.GOTO]:
+            return self._unreachable(asked.place, self._seen.state)
+        late = self._seen.mission is not None and self._seen.mission_lag > self._parameters.modes.reference_late
+        # the mission itself asks all the same, and then holds and lands for the lost reference
+        if late and asked.request == Request.MISSION and self.mode == Mode.HOLD and asked.sender != MISSION_SENDER:
+            return modes.refusal_text(self.mode, asked.request, Condition.REFERENCE_LATE)
+        return self._unready(asked.request)
+
     def _unready(self, request: Request) -> str:
         """Return why an autopilot must not be armed yet: one that then waits for the take-off disarms by itself."""
-        if not self._by_autopilot or self.mode != Mode.DISARMED or request not in (Request.ARM, Request.TAKEOFF):
+        if not self._seen.by_autopilot or self.mode != Mode.DISARMED or request not in (Request.ARM, Request.TAKEOFF):
             return ""
         return "the checks before arming have not run yet" if self._is_unseen else "; ".join(self._refusals or [])
 
     @property
     def _is_unseen(self) -> bool:
         """Whether the checks before an autopilot is armed have not run yet."""
-        return self._by_autopilot and self.mode == Mode.DISARMED and self._refusals is None
+        return self._seen.by_autopilot and self.mode == Mode.DISARMED and self._refusals is None
 
     def _observed(self, seen: Inputs) -> Inputs:
         """Return ``seen`` with what the commander itself knows."""
@@ -198,9 +215,11 @@ class CommanderCore:
             kind = "request" if not refusal else MISSION_REFUSED if asked.sender == MISSION_SENDER else REQUEST_REFUSED
             answer = f"refused: {refusal}" if refusal else "done"
             news.append((kind, f"{asked.request.name} of {asked.sender}: {answer}"))
-        if decision.changed or (decision.answer == Answer.DONE and asked.place):
+        if decision.changed or (decision.answer == Answer.DONE and mode == Mode.HOLD):
             limits, asker = self._parameters.modes, self._last.sender
             self._text = modes.reason_text(limits, mode, decision.reason, asker, seen.guard.reason)
+            if decision.reason == Condition.END_ASKED:
+                self._text = seen.end_asked or self._text
         if decision.changed:
             if mode == Mode.DISARMED and before.mode == Mode.ARMING:
                 self._gave_up = True
@@ -210,12 +229,12 @@ class CommanderCore:
             news.append(("mode", f"{before.mode.name} to {mode.name}: {self._text}"))
             said = said._replace(since=seen.step)
             self._flown = self._flown or mode not in ON_GROUND
-            is_cut = severity(mode) >= severity(Mode.LAND)
-            if not is_cut and mode not in ON_GROUND:
-                self._cut = ""
-            elif is_cut and not self._cut:
-                self._cut_by_end = decision.reason == Condition.END_ASKED
-                self._cut = f"{mode.name} at step {seen.step}: {self._text}"
+            comes_down = severity(mode) >= severity(Mode.LAND)
+            if not comes_down and mode not in ON_GROUND:
+                self._why_down = ""
+            elif comes_down and not self._why_down:
+                self._down_for = decision.reason
+                self._why_down = f"{mode.name} at step {seen.step}: {self._text}"
             if mode == Mode.ARMING:
                 self._refusals = None
         raised = sum(1 << condition for condition in decision.raised)
@@ -231,10 +250,15 @@ class CommanderCore:
         return self.mode == Mode.DISARMED and (done or bool(seen.end_asked) or (self._gave_up and self._mission != ()))
 
     def _outcome(self, seen: Inputs) -> str:
-        """Return why the mission was not flown to its end; empty if it was, or without a mission if nothing failed."""
-        if seen.end_asked and (not self._flown or self._cut_by_end):
+        """Return why the mission was not flown to its end, empty if it was.
+
+        Without a mission: why the vehicle came down, empty if an operator asked for that.
+        """
+        if seen.end_asked and (not self._flown or self._down_for == Condition.END_ASKED):
             return f"landed: {seen.end_asked}" if self._flown else seen.end_asked
         if self.mode == Mode.KILL or not self._flown:
-            return self._cut or f"not armed: {self._text}"
-        last = bool(self._mission) and self._item.item >= len(self._mission) - 1 and self._item.began
-        return "" if last else f"mission not finished: {self._cut}"
+            return self._why_down or f"not armed: {self._text}"
+        if not self._mission:
+            return "" if self._down_for == modes.ON_REQUEST else self._why_down
+        last = self._item.item >= len(self._mission) - 1 and self._item.began
+        return "" if last else f"mission not finished: {self._why_down}"

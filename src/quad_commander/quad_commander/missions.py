@@ -1,7 +1,7 @@
 """Missions: ``takeoff,case2,hold:5,goto:4 0 2,land`` or a file as items, and which request comes next.
 
-    mission = parse(text, installed trajectories)            # raises ParameterError
-    request, memory = next_request(mission, memory, mode, reason, dt)    # at every step
+    mission = parse(text, installed trajectories)                                       # raises ParameterError
+    request, memory = next_request(mission, memory, mode, reason, dt, place, rests)     # at every step
 
 The commander's mode decides; the mission only asks. While a fault or an operator keeps the vehicle in another mode than
 that of the current item, the mission waits, and goes on only when an operator asks for that mode again.

@@ -27,7 +27,7 @@ class Act(Enum):
 
     CARRY_ON = "the plan that began earlier goes on"
     FROM_STATE = "a plan begins with the vehicle's own motion"
-    STOP = "a plan begins with the reference and brings it to rest: in LAND on the ground, in HOLD at a place"
+    FROM_REFERENCE = "a plan begins with the reference and brings it to rest: in LAND on the ground, in HOLD at a place"
     RISE = "a take-off begins at the vehicle"
     HAND_OVER = "the reference goes over to the mission's"
 
@@ -53,7 +53,7 @@ ROWS = (
     ActRow(Mode, Mode, None, False, Act.FROM_STATE),
     ActRow((*ON_GROUND, *UNFOLLOWED), Mode, None, True, Act.FROM_STATE),
     ActRow((Mode.TAKEOFF,), (Mode.LAND,), True, True, Act.FROM_STATE),
-    ActRow(Mode, Mode, None, True, Act.STOP),
+    ActRow(Mode, Mode, None, True, Act.FROM_REFERENCE),
 )
 """The first row that fits counts."""
 
@@ -118,7 +118,7 @@ class ModeReference:
         if mode != before or is_sent:
             self.place = place if is_granted and mode == Mode.HOLD else None
         if is_sent and act == Act.CARRY_ON:
-            act = Act.STOP
+            act = Act.FROM_REFERENCE
         self._current = references.continued(self.point, seen.dt)
         _METHODS[act](self, seen, before, mode)
         self.point = self._follow(seen, mode)
@@ -132,7 +132,7 @@ class ModeReference:
         """Begin with the vehicle's own motion, or at rest on the ground."""
         self._begin(seen, mode, self._own_motion(seen, before, mode), self._planned)
 
-    def stop(self, seen: Inputs, _before: Mode, mode: Mode) -> None:
+    def from_reference(self, seen: Inputs, _before: Mode, mode: Mode) -> None:
         """Begin with the motion of the reference."""
         self._begin(seen, mode, self._current, self._planned)
 
@@ -189,7 +189,7 @@ class ModeReference:
 _METHODS = {
     Act.CARRY_ON: ModeReference.carry_on,
     Act.FROM_STATE: ModeReference.from_state,
-    Act.STOP: ModeReference.stop,
+    Act.FROM_REFERENCE: ModeReference.from_reference,
     Act.RISE: ModeReference.rise,
     Act.HAND_OVER: ModeReference.hand_over,
 }

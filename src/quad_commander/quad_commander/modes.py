@@ -1,10 +1,9 @@
 """Which mode the vehicle is in: one pure step over the mode table.
 
-A node calls ``step`` at its rate (100 Hz) and needs nothing else to decide:
+``CommanderCore`` calls ``step`` at each of its steps (100 Hz), which needs nothing else to decide:
 
     decision, memory = modes.step(parameters, memory, seen, request, dt)
-    # decision.guard_request goes to the vehicle interface
-    if decision.changed: plan the mode's reference from the current one (quad_commander.references)
+    # decision.mode goes to ModeReference, decision.guard_request to the vehicle interface
 
 Per step: first what is achieved moves on, then the request is answered, then the most severe of what is wrong wins.
 A mode is left for a less severe one only by request, and a request into a mode that a raised condition would leave at
@@ -111,13 +110,14 @@ def step(limits: ModeParameters, memory: Memory, seen: Inputs, request: Request,
     answer, blocked_by = Answer.NOT_ASKED, NO_REASON
     if request != Request.NONE:
         answer, blocked_by = asked(mode, request, raised, seen.state.on_ground)
-        if answer == Answer.DONE and (mode != GRANTED[request][mode] or request == Request.GOTO):
+        # a HOLD that a fault began becomes that of who asks for it, and waits for no mission any more
+        if answer == Answer.DONE and (mode != GRANTED[request][mode] or mode == Mode.HOLD):
             mode, reason = GRANTED[request][mode], ON_REQUEST
     worst = most_severe(mode, raised)
     if worst != NO_REASON:
         mode, reason = TABLE[mode][Condition(worst)], worst
-    stopped = reason != Condition.AT_HEIGHT and (reason != ON_REQUEST or request != Request.GOTO)
-    if memory.mode in (*ON_GROUND, Mode.TAKEOFF) and mode == Mode.HOLD and stopped and seen.state.on_ground:
+    holds_in_place = reason != Condition.AT_HEIGHT and (reason != ON_REQUEST or request != Request.GOTO)
+    if memory.mode in (*ON_GROUND, Mode.TAKEOFF) and mode == Mode.HOLD and holds_in_place and seen.state.on_ground:
         mode = Mode.LAND
     changed = mode != memory.mode
     in_mission = mode == Mode.MISSION or (mode == Mode.HOLD and memory.in_mission and reason != ON_REQUEST)
@@ -142,8 +142,8 @@ def conditions(limits: ModeParameters, memory: Memory, seen: Inputs) -> Set[Cond
     mode, report = memory.mode, seen.guard
     waits = mode == Mode.MISSION or memory.in_mission
     # once it descends on request the guard's mode says nothing new: what is wrong now does
-    wrong = report.condition not in (GuardReason.GOOD, GuardReason.REQUESTED)
-    unseen = mode != Mode.DESCEND and memory.release <= 0.0
+    has_own_cause = report.condition not in (GuardReason.GOOD, GuardReason.REQUESTED)
+    acts_unasked = mode != Mode.DESCEND and memory.release <= 0.0
     # what the guard stops in the simulator an autopilot lands: it has states and laws of its own
     lands = report.mode == GuardMode.DESCEND or (report.mode == GuardMode.KILL and seen.by_autopilot)
     found = {
@@ -160,7 +160,7 @@ def conditions(limits: ModeParameters, memory: Memory, seen: Inputs) -> Set[Cond
         Condition.ESTIMATOR_RESET: seen.estimator_reset,
         Condition.OVERRUNS: seen.overruns > limits.overruns,
         Condition.RECORDER_LOST: seen.recorder_lost and limits.land_without_recorder,
-        Condition.GUARD_DESCENDS: lands and (wrong or unseen),
+        Condition.GUARD_DESCENDS: lands and (has_own_cause or acts_unasked),
         Condition.GUARD_KILLED: report.mode == GuardMode.KILL and not seen.by_autopilot,
         Condition.PILOT_TOOK_OVER: seen.pilot,
         Condition.END_ASKED: bool(seen.end_asked),

@@ -1,7 +1,14 @@
-"""The commander node: takes `mission/reference`, gives `reference` and `flight/mode`, answers requests.
+"""The commander node: decides which mode is flown, makes the reference of every mode, answers requests.
 
-Subscribes: state, mission/reference, flight/guard, flight/request, attitude_setpoint, and what tells of the battery.
-The nodes of a flight follow `flight/mode/steps`; `flight/mode` is latched and shows others the newest mode.
+A step is the state of every ``period_steps``-th plant step together with its `mission/reference` and `flight/guard`.
+In real time a step waits until the next state at most, and where no state comes a tick of 50 ms decides. The nodes of a
+flight follow `reference` and `flight/mode/steps`, both of one decision; `flight/mode` is latched and shows others the
+newest mode. A mode with ``is_over`` asks for the end of the flight; the node leaves when `flight/state` says ENDED or
+FAILED, or the vehicle interface is silent for long.
+
+Subscribes: state (VehicleState), mission/reference (TrajectoryPoint), flight/guard (GuardStatus), attitude_setpoint
+(AttitudeThrust), wrench_setpoint (WrenchStamped), flight/plan (FlightPlan), flight/nodes (NodeStatus), flight/request
+(FlightRequest), flight/autopilot (AutopilotStatus), battery_state (BatteryState), flight/events (FlightEvent).
 """
 
 import math
@@ -16,12 +23,12 @@ from rclpy.publisher import Publisher
 from sensor_msgs.msg import BatteryState
 
 from quad_commander import missions
-from quad_commander.commander_core import MISSION_REFUSED, REQUEST_REFUSED, CommanderCore, Outputs
+from quad_commander.commander_core import MISSION_REFUSED, MISSION_SENDER, REQUEST_REFUSED, CommanderCore, Outputs
 from quad_commander.mode_table import GRANTED
 from quad_commander.modes import Inputs
 from quad_commander.preflight import Preflight
 from quad_commander.request_queue import MOST_SENDERS, PendingRequest, RequestQueue
-from quad_commander.services import SENDER, SERVICES, is_finite, place_of
+from quad_commander.services import SERVICES, is_finite, place_of, sender_of
 from quad_core import plugins
 from quad_core.cascade import COMMAND, COMMANDER, RECORDER
 from quad_core.cycle import seconds
@@ -37,7 +44,7 @@ from quad_node.responder import Responder, Sample
 
 _CHECKS_EVERY, _FIRST_LOOK = 0.3, 1.0  # s; over which an autopilot that is not armed yet is looked at
 _WINDOW = 1.0  # s over which late cycles are counted
-_STOOD_STILL = 0.03  # s between two cycles from which on silence is not held against others
+_TICK = 0.05  # s between two calls of ``_watch``: what comes later was a pause of this node itself
 _LONGEST_SENDER, _UNNAMED = 200, "unnamed"  # characters; the sender of a request that names none
 _REQUESTS = frozenset(GRANTED)
 _MOST_REQUESTS = 512  # messages: a burst of others must not push out a KILL before it is read
@@ -92,7 +99,7 @@ class Commander:
 
     def step(self, sample: Sample, arrivals: list[Stamped | None]) -> Iterator[tuple[Publisher, Any]]:
         """Give reference and mode of one step, both from one decision."""
-        self._slept(time.monotonic())
+        self._forgive_own_pause(time.monotonic())
         mission_arrival, guard_arrival = arrivals
         if mission_arrival is not None and self.node.lockstep:
             self.responder.given_up.clear()
@@ -160,7 +167,7 @@ class Commander:
         if node.lockstep or self._last is None or not node.flying:
             return
         now = time.monotonic()
-        self._slept(now)
+        self._forgive_own_pause(now)
         quiet = now - self.responder.state_heard
         if quiet <= self.settings.modes.state_lost:
             return
@@ -175,7 +182,8 @@ class Commander:
     def _give_up_mission(self) -> None:
         """In lockstep go on without a mission reference that stays away: that becomes HOLD, then LAND."""
         responder, topic = self.responder, self._mission_in.topic
-        if not responder.waits or topic in responder.given_up:
+        is_there = self._mission_in.at(responder.next_step) is not None
+        if not responder.waits or is_there or topic in responder.given_up:
             return
         if time.monotonic() - responder.state_heard > self.settings.give_up:
             responder.given_up.add(topic)
@@ -192,13 +200,13 @@ class Commander:
             text = "flight/recorded: the recorder has left; what is flown from now on is not recorded"
             node.events.warn("recorder_lost", text)
 
-    def _slept(self, now: float) -> None:
+    def _forgive_own_pause(self, now: float) -> None:
         """Let nothing grow old over the time in which this node itself stood still and received nothing."""
-        slept, self._awake = now - self._awake, now
-        if slept > _STOOD_STILL:
-            self._heard = {topic: min(heard + slept, now) for topic, heard in self._heard.items()}
-        if slept > _MISSED_TICKS:
-            self.responder.state_heard = min(self.responder.state_heard + slept, now)
+        since, self._awake = now - self._awake, now
+        if (pause := since - _TICK) > 0.0:
+            self._heard = {topic: min(heard + pause, now) for topic, heard in self._heard.items()}
+        if since > _MISSED_TICKS:
+            self.responder.state_heard = min(self.responder.state_heard + since, now)
 
     def _on_life(self, topic: str, payload: bytes) -> None:
         """Note that ``topic`` is alive; a wrench names no run, and its value matters to others."""
@@ -298,6 +306,8 @@ class Commander:
 
     def _on_request(self, message: FlightRequest) -> None:
         found, expected, sender = "", "one of its constants", message.sender or _UNNAMED
+        if sender == MISSION_SENDER:  # its refusals count against the mission
+            sender = f"another {sender}"
         if len(message.sender) > _LONGEST_SENDER or not message.sender.isprintable():  # every mode says it again
             found = f"a sender of {len(message.sender)} characters"
             expected = f"at most {_LONGEST_SENDER} printable ones"
@@ -319,23 +329,26 @@ class Commander:
         else:
             self._ask(PendingRequest(Request(message.request), sender, place=place))
 
-    def _ask(self, asked: PendingRequest) -> None:
-        if not self._requests.add(asked):
+    def _ask(self, asked: PendingRequest) -> bool:
+        """Have a request wait for the next step; return whether it does."""
+        is_taken = self._requests.add(asked)
+        if not is_taken:
             who = f"{asked.request.name} of {asked.sender}"
             text = f"flight/request: {who}: {MOST_SENDERS} senders wait; message ignored"
             self.node.events.warn("too_many_requests", text)
+        return is_taken
 
     def _on_call(self, request: Request, asked: Any, response: Any) -> Any:
         place = place_of(asked) if request == Request.GOTO else None
-        refusal = "" if self._core else "the flight has not begun"
+        wanted, refusal = PendingRequest(request, sender_of(request), place=place), ""
         if place is not None and not is_finite(place):
             refusal = f"found goto {place}, expected finite numbers"
         elif request == Request.END:
-            self._end_asked, refusal = self._end_asked or "asked to end by a service", ""
-        elif self._core:
-            refusal = self._core.foresee(request)
-        if not refusal and request != Request.END:
-            self._ask(PendingRequest(request, SENDER, place=place))
+            self._end_asked = self._end_asked or "asked to end by a service"
+        else:
+            refusal = self._core.foresee(wanted) if self._core else "the flight has not begun"
+        if not (refusal or request == Request.END or self._ask(wanted)):
+            refusal = f"{request.name}: {MOST_SENDERS} senders wait; ask again"
         response.success = not refusal
         response.message = (
             refusal or f"{request.name}: takes effect at the next decision after step {self.node.current_step}"

@@ -2,7 +2,7 @@
 
     looked = Preflight(flight, settings)
     looked.begin(sample, states)                # when ARMING begins; then on_node, on_plan, count, note
-    reasons = looked.refusals(sample, states, unmatched, battery)       # every 0.3 s; empty: the checks have passed
+    reasons = looked.refusals(sample, states, wrong, battery)           # every 0.3 s; empty: the checks have passed
 
 A reason names what was found and what was expected, so that it can be shown to the operator as it is.
 """
@@ -104,6 +104,8 @@ class Preflight:
         """Return what is wrong with rates. An autopilot sends states at its own rate; controllers answer each."""
         found, plant_period, limits = [], self._flight.plant_period, self._limits
         elapsed = seconds(sample.step - self._first_step, plant_period)
+        if elapsed <= 0.0:  # without states a slow commander decides on one step again
+            return ["state: found none since the checks began, expected some"]
         spacing, announced = elapsed / max(states - self._first_states, 1), seconds(1, plant_period)
         for topic, role in self._streams.items():
             period = self._periods.get(role)

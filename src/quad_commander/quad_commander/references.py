@@ -5,11 +5,10 @@ Per axis two parts of constant jerk: the quickest stop from (v, a) to rest,
     a: a0 -> -a_p -> 0,   a_p = min(a_max, sqrt(j v0 + a0^2 / 2)),
 
 and from there the symmetric rest-to-rest way to a target, if there is one. Position, velocity and acceleration are
-continuous at the change of mode, whatever the mission flew. The node's part:
+continuous at the change of mode, whatever the mission flew. ``ModeReference`` does the rest:
 
-    plan = plan_mode(limits, mode, current reference, ground height, take-off height)      when the mode changes
-    reference = sample(plan, time since then)                                              at every step
-    reference_done = time >= plan.duration
+    plan = plan_mode(limits, mode, current reference, ground height, take-off height, place)   # when an act begins
+    reference = sample(plan, time since then)                                                  # at every step
 
 The way back into a mission adds what the mission's first point differs from the current reference, and lets that
 offset go to rest at zero the same way: ``plan_hand_over`` once, ``handed_over`` at every step.

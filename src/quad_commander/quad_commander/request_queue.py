@@ -65,11 +65,20 @@ class RequestQueue:
         self._granted = {key: age + dt for key, age in self._granted.items() if age + dt <= REPEATS_WITHIN}
         while self._waiting:
             asked = self._waiting.pop(max(self._waiting.values(), key=_rank).sender)
-            repeated = (asked.sender, asked.request) in self._granted
-            then = GRANTED[asked.request].get(mode)
-            if not repeated or (then is not None and severity(then) >= severity(mode)):
+            if not self.only_repeats(asked, mode):
                 return asked
         return None
+
+    def only_repeats(self, asked: PendingRequest, mode: Mode) -> bool:
+        """Return whether ``asked`` repeats what its sender was granted, and would lead back from ``mode``."""
+        then = GRANTED[asked.request].get(mode)
+        leads_back = then is None or severity(then) < severity(mode)
+        return leads_back and (asked.sender, asked.request) in self._granted
+
+    def ahead_of(self, request: Request) -> list[PendingRequest]:
+        """Return what waits and overtakes ``request`` if it is granted."""
+        rank = _RANKS.get(request, 0)
+        return [asked for asked in self._waiting.values() if _rank(asked) > rank]
 
     def grant(self, asked: PendingRequest) -> None:
         """Remember that a request was done."""

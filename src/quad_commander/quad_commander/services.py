@@ -11,7 +11,11 @@ from quad_msgs.srv import Goto
 
 SERVICES: dict[Request, Any] = {request: Trigger for request in Request if request} | {Request.GOTO: Goto}
 """{request: type of the service that has its name in lower case}."""
-SENDER = "service"  # the sender of what is asked for by a service
+
+
+def sender_of(request: Request) -> str:
+    """Return the sender of what a service asks for: each has its own, so that none replaces another's request."""
+    return f"service {request.name.lower()}"
 
 
 def place_of(asked: Any) -> Place:

@@ -29,11 +29,15 @@ def commander(monkeypatch, own_domain):
         def on_call(request, asked, response):
             requests.append((request, [*asked.p_w] if request == Request.GOTO else None))
             response.success, response.message = answers != "refuses", "why"
-            if answers == "decides":
-                modes.publish(FlightMode(sender="service", name="LAND", answer=FlightMode.DONE, request_step=7))
+            if answers in ("decides", "answers another"):
+                say(request if answers == "decides" else Request.HOLD, "LAND", 7)
             return response
 
-        modes.publish(FlightMode(sender="service", name="HOLD", answer=FlightMode.DONE, request_step=3))
+        def say(request, name, step):
+            sender, answer = f"service {request.name.lower()}", FlightMode.DONE
+            modes.publish(FlightMode(sender=sender, name=name, answer=answer, request=request, request_step=step))
+
+        say(Request.HOLD, "HOLD", 3)
         for request, kind in SERVICES.items():
             node.create_service(kind, request.name.lower(), partial(on_call, request))
         spun = SingleThreadedExecutor()
@@ -64,6 +68,7 @@ def spun_with(commander):
     (Request.LAND, "decides", command.DONE, "done at step 7: the mode is LAND"),
     (Request.GOTO, "decides", command.DONE, "done at step 7: the mode is LAND"),
     (Request.LAND, "refuses", command.REFUSED, "refused: why; the mode is HOLD"),
+    (Request.LAND, "answers another", command.NO_ANSWER, "flight/mode: found no answer within 2 s, expected one"),
     (Request.KILL, "is silent", command.NO_ANSWER, "flight/mode: found no answer within 2 s, expected one"),
     (Request.END, "is silent", command.DONE, "done: why"),
 ])  # fmt: skip
@@ -85,6 +90,18 @@ def test_what_cannot_be_asked_for_is_refused_before_anything_starts(words, found
         command.main(words)
     assert ended.value.code == command.NO_ANSWER
     assert found in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("sender", "request_", "step", "is_ours"), [
+    ("service land", Request.LAND, 7, True),
+    ("service land", Request.LAND, 3, False),
+    ("service hold", Request.HOLD, 7, False),
+    ("service land", Request.HOLD, 7, False),
+    ("pilot", Request.LAND, 7, False),
+])  # fmt: skip
+def test_an_answer_is_that_to_the_request_itself(sender, request_, step, is_ours):
+    mode = FlightMode(sender=sender, request=request_, request_step=step)
+    assert command._is_ours(mode, Request.LAND, 3) == is_ours
 
 
 @pytest.mark.parametrize(("words", "place"), [

@@ -12,7 +12,7 @@ from quad_commander.missions import parse
 from quad_commander.modes import Inputs
 from quad_commander.parameters import CommanderParameters
 from quad_commander.references import Place
-from quad_commander.request_queue import PendingRequest
+from quad_commander.request_queue import PendingRequest, RequestQueue
 from quad_core.enumerations import GuardMode, GuardReason, Mode, Request
 from quad_core.geometry import quaternion_from_euler
 from quad_core.types import NOT_BEGUN, GuardStatus, Quat, TrajectoryPoint, Vec3, VehicleState
@@ -243,7 +243,11 @@ def test_a_hold_before_the_vehicle_is_clear_of_the_ground_lands_in_place(asked, 
     assert (flight.core.mode, flight.said.text) == (Mode.LAND, f"{text}; not clear of the ground")
     flight.go(1.0, **standing).go(DT, PendingRequest(Request.HOLD, "pilot"), **standing)
     assert (flight.core.mode, flight.said.reference.p_w[:2]) == (Mode.LAND, (0.2, 0.0))
-    assert flight.said.answer_text == flight.core.foresee(Request.HOLD) == "HOLD is not possible in LAND"
+    assert (
+        flight.said.answer_text
+        == flight.core.foresee(PendingRequest(Request.HOLD, "me"))
+        == "HOLD is not possible in LAND"
+    )
     assert flight.said.reference.p_w.z < 0.0
     flight.go(DT, state=standing["state"], guard=GuardStatus(on_ground=True, contact=True))
     assert (flight.core.mode, flight.said.mode.is_over) == (Mode.DISARMED, True)
@@ -281,6 +285,31 @@ def test_a_place_that_must_not_be_flown_to_is_refused_by_name(place, reason):
     grounded = Flight(f"takeoff:2,goto:{place[0]} {place[1]} {place[2]},land").go(12.0)
     assert grounded.entered() == [Mode.ARMING, Mode.DISARMED]
     assert f"mission: found {reason}" in grounded.said.outcome
+
+
+def test_what_is_foreseen_of_a_place_is_what_the_next_step_answers():
+    flight = Flight("takeoff:2,hold:600,land").go(8.0)
+    for x in (200.0, 4.0):
+        foreseen = flight.core.foresee(sent_to(x, 0.0, 2.0))
+        assert foreseen == flight.go(DT, sent_to(x, 0.0, 2.0)).said.answer_text
+        assert ("outside the fence" in foreseen) == (x > 100.0)
+
+
+def test_what_a_waiting_request_will_overtake_is_foreseen():
+    flight, queue = Flight("takeoff:2,hold:600,land"), RequestQueue()
+    flight.core = CommanderCore(PARAMETERS, parse("takeoff:2,hold:600,land", []), GROUND, queue)
+    flight.go(8.0)
+    queue.add(PendingRequest(Request.DISARM, "someone"))
+    assert flight.core.foresee(PendingRequest(Request.HOLD, "me")) == "", "what is refused itself overtakes nothing"
+    queue.add(PendingRequest(Request.LAND, "someone"))
+    assert (
+        flight.core.foresee(PendingRequest(Request.HOLD, "me")) == "HOLD is not possible: LAND of someone comes first"
+    )
+    assert (
+        flight.core.foresee(PendingRequest(Request.LAND, "me"))
+        == flight.core.foresee(PendingRequest(Request.KILL, "me"))
+        == ""
+    )
 
 
 def test_a_mission_flies_from_place_to_place():
@@ -348,11 +377,36 @@ def test_what_is_granted_overtakes_all_that_is_milder_whoever_asked_for_it(sever
     assert flight.go(DT, PendingRequest(Request.HOLD, "operator 1")).core.mode == Mode.HOLD, "asked for later it counts"
 
 
+def test_what_is_granted_overtakes_also_for_a_sender_that_bears_the_name_of_the_mission():
+    flight = Flight("takeoff,hold:600").go(8.0)
+    flight.go(0.1, PendingRequest(Request.LAND, "mission"), PendingRequest(Request.HOLD, "x"))
+    assert (flight.core.mode, flight.said.answer_text) == (Mode.LAND, "HOLD was asked for before LAND began")
+
+
 def test_a_hold_of_an_operator_lasts_as_long_as_the_operator_likes():
     flight = Flight("takeoff,case1,land").go(5.0).go(DT, PendingRequest(Request.HOLD, "operator"))
     flight.go(3.0 * PARAMETERS.wait_limit)
     assert (flight.core.mode, flight.said.text) == (Mode.HOLD, "asked for by operator")
     assert flight.go(DT, PendingRequest(Request.MISSION, "operator")).core.mode == Mode.MISSION
+
+
+@pytest.mark.parametrize("is_lost", [False, True])
+def test_a_hold_that_a_fault_began_becomes_that_of_the_operator_who_asks_for_it(is_lost):
+    flight = Flight("takeoff,case1,land").go(5.0)
+    if is_lost:
+        flight.dead = True
+        flight.go(1.0)
+    else:
+        flight.go(DT, overruns=0.2)
+    assert (flight.core.mode, "asked for" in flight.said.text) == (Mode.HOLD, False)
+    flight.go(DT, PendingRequest(Request.HOLD, "operator")).go(3.0 * PARAMETERS.wait_limit)
+    assert (flight.core.mode, flight.said.text) == (Mode.HOLD, "asked for by operator")
+    flight.go(DT, PendingRequest(Request.MISSION, "operator"))
+    if is_lost:  # it would land at the next step
+        assert (flight.core.mode, flight.said.answer_text) == (Mode.HOLD, "MISSION is not possible: reference late")
+        assert flight.core.foresee(PendingRequest(Request.MISSION, "me")) == flight.said.answer_text
+    else:
+        assert flight.core.mode == Mode.MISSION
 
 
 def test_a_trajectory_that_stays_away_becomes_hold_and_then_land():
@@ -382,6 +436,34 @@ def test_ctrl_c_lands_and_says_so():
     assert (flight.said.mode.is_over, flight.said.outcome) == (True, "landed: interrupted by SIGINT")
 
 
+def by_hand():
+    """Return a flight without a mission in HOLD."""
+    flight = Flight("").go(DT, PendingRequest(Request.TAKEOFF, "pilot")).go(8.0)
+    assert flight.core.mode == Mode.HOLD
+    return flight
+
+
+def test_a_flight_without_a_mission_that_an_operator_landed_ends_good():
+    flight = by_hand().go(5.0, PendingRequest(Request.LAND, "pilot"))
+    assert (flight.core.mode, flight.said.mode.is_over) == (Mode.DISARMED, False)
+    flight.go(DT, end_asked="asked to end by a service")
+    assert (flight.said.mode.is_over, flight.said.outcome) == (True, "")
+
+
+@pytest.mark.parametrize(("seen", "outcome"), [
+    ({"battery": 0.1}, "LAND at step 4005: battery below 20%"),
+    ({"end_asked": "asked to end by a service"}, "landed: asked to end by a service"),
+])  # fmt: skip
+def test_a_flight_without_a_mission_that_came_down_by_itself_says_why(seen, outcome):
+    flight = by_hand().go(5.0, **seen).go(DT, end_asked="asked to end by a service")
+    assert (flight.said.mode.is_over, flight.said.outcome) == (True, outcome)
+
+
+def test_a_landing_for_the_end_of_the_flight_names_who_asked_for_it():
+    flight = by_hand().go(DT, end_asked="asked to end by a service")
+    assert (flight.core.mode, flight.said.text) == (Mode.LAND, "asked to end by a service")
+
+
 def test_a_mission_that_is_not_armed_ends_with_every_reason():
     flight = Flight("takeoff,land")
     flight.refusals = ["tilt: found 20.0 deg", "plan: found none"]
@@ -398,7 +480,10 @@ def test_an_autopilot_is_not_armed_before_every_check_has_passed():
     flight.refusals = ["battery: found 10 %", "state: the estimate moves"]
     flight.go(2.0, by_autopilot=True)
     refused = "battery: found 10 %; state: the estimate moves"
-    assert [flight.core.foresee(request) for request in (Request.ARM, Request.TAKEOFF)] == [refused, refused]
+    assert [flight.core.foresee(PendingRequest(request, "me")) for request in (Request.ARM, Request.TAKEOFF)] == [
+        refused,
+        refused,
+    ]
     flight.go(9.0, by_autopilot=True)
     assert flight.entered() == [Mode.DISARMED]
     assert (flight.said.mode.is_over, flight.said.outcome) == (True, f"not armed: {refused}")

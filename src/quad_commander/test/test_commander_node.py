@@ -1,6 +1,7 @@
 """The commander's node: messages in, messages out; requests, services, and a mission reference that stays away."""
 
 import math
+import re
 from functools import partial
 from types import SimpleNamespace
 
@@ -14,6 +15,7 @@ from quad_core.enumerations import Request
 from quad_msgs import msg
 from quad_msgs.msg import FlightEvent, FlightMode, FlightRequest
 from quad_msgs.srv import Goto
+from quad_node import topics
 
 
 @pytest.fixture
@@ -35,6 +37,14 @@ def test_mode_and_reference_of_a_step_come_together_and_wait_for_the_mission_and
     assert len(node.modes) == 1
     node.guard(4)
     assert [mode.step for mode in node.modes] == [0, 5]
+
+
+def test_the_file_of_the_node_names_what_it_subscribes(make):
+    callbacks = make().callbacks
+    (named,) = re.findall(r"^Subscribes: (.*?)\.$", commander_node.__doc__, re.MULTILINE | re.DOTALL)
+    found = dict(re.findall(r"([\w/]+)\s\((\w+)\)", named))
+    assert set(found) | {"flight/state"} == set(callbacks)
+    assert found == {topic: topics.TOPICS[topic].type.__name__ for topic in found}
 
 
 def test_a_request_takes_effect_at_the_next_step_which_is_recorded(make):
@@ -72,6 +82,17 @@ def test_an_unnamed_sender_is_a_sender_and_a_refusal_is_a_warning_with_its_reaso
     assert node.modes[-1].sender == "unnamed"
 
 
+def test_the_name_of_the_mission_is_its_own(make):
+    """LAND of a stranger, refused on the ground for longer than a take-off may be late, gave the flight up."""
+    node = make("mission:=takeoff,land", "modes.arming_late:=0.1")
+    node.plan()
+    for step in range(0, 200, 5):
+        node.ask(FlightRequest.LAND, "mission")
+        node.fly(step, step + 5)
+    assert [mode.is_over for mode in node.modes] == [False] * len(node.modes)
+    assert node.modes[-1].sender == "another mission"
+
+
 @pytest.mark.parametrize(
     ("place", "yaw", "reference"),
     [([0.5, 0.0, 1.0], math.nan, (0.5, 0.0)), ([0.5, 0.0, 1.0], 0.5, (0.5, 0.5)), ([math.inf, 0.0, 1.0], 0.0, None)],
@@ -95,7 +116,7 @@ def test_a_place_that_is_asked_for_is_where_the_reference_goes(make, place, yaw,
 def test_the_service_says_at_once_what_the_next_step_would_answer(make):
     node = make()
     call = node._on_call
-    before = call(FlightRequest.ARM, Trigger.Request(), Trigger.Response())
+    before = call(Request.ARM, Trigger.Request(), Trigger.Response())
     assert (before.success, before.message) == (False, "the flight has not begun")
     node.fly(0, 6)
     names = {service.srv_name for service in node._offered}
@@ -107,7 +128,65 @@ def test_the_service_says_at_once_what_the_next_step_would_answer(make):
     assert call(Request.END, Trigger.Request(), Trigger.Response()).success
     assert call(Request.KILL, Trigger.Request(), Trigger.Response()).success
     node.fly(6, 11)
-    assert (node.modes[-1].name, node.modes[-1].sender) == ("KILL", "service")
+    assert (node.modes[-1].name, node.modes[-1].sender) == ("KILL", "service kill")
+
+
+def in_the_air(make):
+    node = make()
+    node.plan()
+    node.ask(FlightRequest.TAKEOFF)
+    node.fly(0, 520)
+    assert node.modes[-1].name == "TAKEOFF"
+    return node
+
+
+def called(node, request):
+    answer = node._on_call(request, Trigger.Request(), Trigger.Response())
+    return answer.success, answer.message
+
+
+def test_the_service_refuses_a_place_that_the_next_step_would_refuse(make):
+    node = in_the_air(make)
+    sent = node._on_call(Request.GOTO, Goto.Request(p_w=[200.0, 0.0, 2.0], yaw=math.nan), Goto.Response())
+    assert (sent.success, "goto 200 0 2, outside the fence" in sent.message) == (False, True)
+
+
+def test_a_service_is_refused_by_name_when_no_more_senders_can_wait(make):
+    node = in_the_air(make)
+    for number in range(16):
+        node.ask(FlightRequest.HOLD, f"sender {number}")
+    assert called(node, Request.HOLD) == (False, "HOLD: 16 senders wait; ask again")
+    assert called(node, Request.LAND)[0]
+
+
+def test_a_service_is_refused_by_name_while_a_more_severe_one_waits(make):
+    node = in_the_air(make)
+    assert called(node, Request.LAND)[0]
+    assert called(node, Request.HOLD) == (False, "HOLD is not possible: LAND of service land comes first")
+    node.fly(520, 531)
+    assert (node.modes[-1].name, node.modes[-1].answer) == ("LAND", FlightMode.DONE)
+
+
+def test_a_service_that_only_repeats_what_a_landing_has_ended_is_refused_by_name(make):
+    node = in_the_air(make)
+    for request, sender in ((Request.HOLD, "service hold"), (Request.LAND, "pilot")):
+        node.ask(request, sender)
+        node.fly(520 if request == Request.HOLD else 526, 526 if request == Request.HOLD else 531)
+    assert node.modes[-1].name == "LAND"
+    text = "HOLD is not possible: granted less than 0.5 s ago; ask again then"
+    assert called(node, Request.HOLD) == (False, text)
+    node.fly(531, 790)
+    assert called(node, Request.HOLD)[0]
+
+
+def test_a_service_that_a_later_one_overtakes_is_refused_on_the_next_step(make):
+    node = in_the_air(make)
+    assert called(node, Request.HOLD)[0]
+    assert called(node, Request.LAND)[0]
+    node.fly(520, 531)
+    assert [mode.name for mode in node.modes[-2:]] == ["LAND", "LAND"]
+    refused = "HOLD of service hold: refused: HOLD was asked for before LAND began"
+    assert refused in [text for _, kind, text in node.events if kind == "request_refused"]
 
 
 @pytest.mark.parametrize(("lands", "mode"), [("true", "LAND"), ("false", "TAKEOFF")])
@@ -210,6 +289,18 @@ def test_in_lockstep_a_mission_reference_that_stays_away_is_given_up_after_a_whi
     assert node.modes[-1].step == 15
 
 
+def test_in_lockstep_a_guard_report_that_stays_away_is_no_lost_mission(make):
+    node = make()
+    node.fly(0, 6)
+    node.mission(10)
+    node.state(10)
+    node.responder.state_heard -= 1.1
+    node._watch()
+    assert (node.events, node.responder.given_up, len(node.modes)) == ([], set(), 2)
+    node.guard(9)
+    assert node.modes[-1].step == 10
+
+
 def test_in_real_time_a_state_that_stays_away_is_decided_on_all_the_same(make):
     node = make("flight.mode:=realtime")
     node.fly(0, 6)
@@ -239,8 +330,45 @@ def test_a_commander_that_slept_holds_it_against_nobody(make, monkeypatch):
         node.state(step)
         clock.now += 0.01
     raised = [mode.raised >> Condition.SETPOINT_LOST & 3 for mode in node.modes[2:]]  # setpoint, state
-    assert raised[:29] == [0] * 29
+    assert raised[:24] == [0] * 24
     assert raised[-1] == 1
+
+
+@pytest.mark.parametrize("period_steps", [5, 16, 25, 50, 150])
+def test_a_slow_commander_too_sees_that_a_setpoint_stays_away(make, monkeypatch, period_steps):
+    clock = SimpleNamespace(now=1000.0)
+    monkeypatch.setattr(commander_node.time, "monotonic", lambda: clock.now)
+    node = make("flight.mode:=realtime", f"period_steps:={period_steps}")
+    for step in range(301):
+        if step % period_steps == 0:
+            node.mission(step, length=period_steps)
+        node.state(step)
+        if step % 25 == 7:  # 20 times a second
+            node._watch()
+        clock.now += 0.002
+    raised = {mode.step: mode.raised >> Condition.SETPOINT_LOST & 3 for mode in node.modes}
+    assert [step for step, found in raised.items() if found == 1] == [step for step in raised if step > 150]
+
+
+def test_states_that_stop_as_a_slow_commander_arms_are_named(make, monkeypatch):
+    clock = SimpleNamespace(now=1000.0)
+    monkeypatch.setattr(commander_node.time, "monotonic", lambda: clock.now)
+    node = make("flight.mode:=realtime", "period_steps:=250")
+    node.plan()
+    node.fly(0, 250)
+    node.ask(FlightRequest.ARM)
+    node.fly(250, 251)
+    assert node.modes[-1].name == "ARMING"
+    for step in range(251, 451):
+        clock.now += 0.002
+        node.state(step)
+        if step % 25 == 0:
+            node._watch()
+    for _ in range(3):
+        clock.now += 0.05
+        node._watch()  # decides on step 250 again
+    node.fly(500, 502)
+    assert [mode.name for mode in node.modes[-2:]] == ["ARMING", "DISARMED"]
 
 
 @pytest.mark.parametrize("name", ["SIGINT", "SIGHUP"])

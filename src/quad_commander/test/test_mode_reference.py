@@ -18,14 +18,14 @@ def expected(before, mode, on_ground, laws_fly):
     if mode in ("TAKEOFF", "MISSION"):
         return {"TAKEOFF": "rise", "MISSION": "hand over"}[mode]
     slides = before == "TAKEOFF" and mode == "LAND" and on_ground
-    return "from the state" if not laws_fly or slides or before in (*ON_GROUND, *OTHERS_FLY) else "stop"
+    return "from the state" if not laws_fly or slides or before in (*ON_GROUND, *OTHERS_FLY) else "from the reference"
 
 
 def test_the_table_is_the_one_on_paper():
     names = {
         Act.CARRY_ON: "carry on",
         Act.FROM_STATE: "from the state",
-        Act.STOP: "stop",
+        Act.FROM_REFERENCE: "from the reference",
         Act.RISE: "rise",
         Act.HAND_OVER: "hand over",
     }

@@ -135,9 +135,21 @@ def test_what_changes_no_mode_is_no_reason():
     assert (decision.mode, decision.reason) == (Mode.MISSION, modes.ON_REQUEST)
 
 
-def test_a_vehicle_that_holds_for_a_lost_mission_and_is_sent_elsewhere_waits_no_more():
+@pytest.mark.parametrize("request_", [Request.GOTO, Request.HOLD])
+def test_a_vehicle_that_holds_for_a_lost_mission_and_is_asked_to_hold_waits_no_more(request_):
     _, memory = fly(in_mode(Mode.MISSION), 0.02, reference_age=0.21)
     assert (memory.mode, memory.reason) == (Mode.HOLD, Condition.REFERENCE_LATE)
-    decision, memory = fly(memory, DT, Request.GOTO, reference_age=0.3)
+    decision, memory = fly(memory, DT, request_, reference_age=0.3)
     assert (decision.mode, decision.answer, decision.reason) == (Mode.HOLD, Answer.DONE, modes.ON_REQUEST)
     assert fly(memory, 5.0, reference_age=100.0)[0].mode == Mode.HOLD
+
+
+def test_a_hold_that_is_asked_for_once_the_mission_is_lost_lands():
+    _, memory = fly(in_mode(Mode.MISSION), 0.02, reference_age=0.21)
+    decision, _ = fly(memory, DT, Request.HOLD, reference_age=2.1)
+    assert (decision.mode, decision.reason) == (Mode.LAND, Condition.REFERENCE_LOST)
+
+
+def test_a_landing_that_is_asked_for_again_keeps_its_reason():
+    _, memory = fly(in_mode(Mode.MISSION), 0.02, battery=0.1)
+    assert fly(memory, DT, Request.LAND, battery=0.1)[0].reason == Condition.BATTERY_LOW

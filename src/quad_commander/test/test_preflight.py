@@ -100,6 +100,15 @@ def test_each_fault_is_refused_by_name(refusals, changes, reason):
     assert found[0].startswith(reason)
 
 
+def test_no_state_since_the_checks_began_is_a_reason_of_its_own(refusals):
+    looked = preflight.Preflight(FlightParameters(run_id="a1"), CommanderParameters())
+    looked.on_plan(FlightPlan(**PLAN), flying=False)
+    sample = Sample(500, 1_000_000_000, GOOD, 0.01)
+    looked.note(sample)
+    looked.begin(sample, 7)
+    assert looked.refusals(sample, 7, (), None)[0] == "state: found none since the checks began, expected some"
+
+
 def test_all_reasons_are_named_at_once(refusals):
     assert len(refusals(state=tilted(40.0), battery=0.0, plans=(), unmatched=("one publisher",))) == 4
 

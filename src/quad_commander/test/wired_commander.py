@@ -52,8 +52,8 @@ class Wired(Commander):
         set_stamp(message.stamp, step * PERIOD)
         self.callbacks["state"](serialize_message(message))
 
-    def mission(self, step, trajectory_time=NOT_BEGUN):
-        point = TrajectoryPoint(step=step, run=RUN, next_step=step + 5, trajectory_time=trajectory_time)
+    def mission(self, step, trajectory_time=NOT_BEGUN, length=5):
+        point = TrajectoryPoint(step=step, run=RUN, next_step=step + length, trajectory_time=trajectory_time)
         self.callbacks["mission/reference"](serialize_message(point))
 
     def guard(self, step, run=RUN, **seen):
