@@ -110,7 +110,7 @@ def step(limits: ModeParameters, memory: Memory, seen: Inputs, request: Request,
     answer, blocked_by = Answer.NOT_ASKED, NO_REASON
     if request != Request.NONE:
         answer, blocked_by = asked(mode, request, raised, seen.state.on_ground)
-        # a HOLD that a fault began becomes that of who asks for it, and waits for no mission any more
+        # a HOLD that a fault began becomes the one asked for: no mission is waited for
         if answer == Answer.DONE and (mode != GRANTED[request][mode] or mode == Mode.HOLD):
             mode, reason = GRANTED[request][mode], ON_REQUEST
     worst = most_severe(mode, raised)

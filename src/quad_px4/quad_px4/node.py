@@ -9,7 +9,7 @@ An external mode adds registration, configuration and arming checks; ``actuation
 PX4 reports none over DDS.
 
 A step of the flight begins with an odometry, which becomes ``state``, and ends with the controllers' answer, which goes
-to PX4 as it arrives. ``Px4Bridge.step`` runs every 20 ms beside it: it takes the arming sequence on and ends by sending
+to PX4 as it arrives. ``Px4Bridge.step`` runs every 20 ms: it takes the arming sequence on and ends by sending
 heartbeat, request, idle or level setpoint.
 """
 
