@@ -63,7 +63,7 @@ class CommanderCore:
         self._down_for = modes.NO_REASON
         self._refusals: list[str] | None = None
         self._seen = Inputs(state=state)
-        self._flown = self._gave_up = False
+        self._flown = self._gave_up = self._refused_other = False
 
     @property
     def mode(self) -> Mode:
@@ -105,12 +105,12 @@ class CommanderCore:
         if refusal:
             decision = decision._replace(answer=Answer.REFUSED)
         elif decision.answer == Answer.REFUSED:
-            refusal = modes.refusal_text(before.mode, request.request, decision.blocked_by)
+            refusal = modes.refusal_text(decision.mode, request.request, decision.blocked_by)
         elif decision.answer == Answer.DONE:
-            self._requests.grant(request)
-            self._requests.overtake(decision.mode)
+            self._requests.grant(request, decision.mode)
+        self._refused_other = decision.answer == Answer.REFUSED and request.sender != MISSION_SENDER
         if decision.changed and decision.reason != modes.ON_REQUEST and severity(decision.mode) > severity(before.mode):
-            self._requests.overtake(decision.mode)
+            self._requests.begin(decision.mode)
         news = self._note(seen, request, refusal, decision, before)
         is_granted = decision.answer == Answer.DONE
         reference = self._reference.step(seen, before.mode, decision.mode, request.place, is_granted)
@@ -178,7 +178,17 @@ class CommanderCore:
         )
 
     def _next_request(self, seen: Inputs) -> PendingRequest:
-        """Return the operator's next request, else the mission's."""
+        """Return the operator's next request, else the mission's.
+
+        After a refused one the mission's comes first, unless a more severe one waits: no stream keeps it waiting.
+        """
+        own = self._mission_request(seen)
+        self._requests.age(seen.dt)
+        if self._refused_other and own.request and not self._requests.ahead_of(own.request):
+            return own
+        return self._requests.take(self.mode) or own
+
+    def _mission_request(self, seen: Inputs) -> PendingRequest:
         request, self._item = missions.next_request(
             self._mission,
             self._item,
@@ -188,9 +198,6 @@ class CommanderCore:
             self._reference.place,
             self._reference.arrived,
         )
-        waiting = self._requests.take(self.mode, seen.dt)
-        if waiting is not None:
-            return waiting
         if self._item.waited > self._parameters.wait_limit:
             waited = f"kept waiting for {self._parameters.wait_limit:g} s"
             return PendingRequest(Request.LAND, f"{MISSION_SENDER}, {waited} ({self._text})")
@@ -205,7 +212,8 @@ class CommanderCore:
         """Take down mode, request and answer; return what is new about them."""
         news, said, mode = [], self._said, decision.mode
         refused = mode == Mode.DISARMED and decision.answer == Answer.REFUSED and asked.sender == MISSION_SENDER
-        self._refused_for = self._refused_for + seen.dt if refused else 0.0
+        if asked.sender == MISSION_SENDER or not asked.request:
+            self._refused_for = self._refused_for + seen.dt if refused else 0.0
         if self._refused_for > self._parameters.modes.arming_late:
             self._gave_up, self._text = True, refusal
         again = asked == self._last and refusal == self._answer_text and asked.sender == MISSION_SENDER

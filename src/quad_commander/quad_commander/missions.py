@@ -119,7 +119,7 @@ def read_place(words: Sequence[str], found: str) -> Place:
     if not all(abs(value) <= FARTHEST for value in (x, y, z)):
         raise ParameterError(f"{found}, expected x y z in [-{FARTHEST:g}, {FARTHEST:g}] m")
     if place.yaw is not None and not abs(place.yaw) <= LARGEST_YAW:
-        raise ParameterError(f"{found}, expected a yaw of at most one turn; for degrees write {words[3]}deg")
+        raise ParameterError(f"{found}, expected a yaw of at most one turn, in rad or, for degrees, as 90deg")
     return place
 
 

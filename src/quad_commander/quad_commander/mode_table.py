@@ -12,7 +12,7 @@ from quad_core.enumerations import Mode, Request
 
 
 class Condition(IntEnum):
-    """What can be wrong, then what can be achieved (from READY on); bags carry the numbers of their own version."""
+    """What can be wrong, what is late, then what is achieved (from READY on). Versions differ in their numbers."""
 
     REFERENCE_LATE = 0
     REFERENCE_LOST = 1

@@ -1,7 +1,8 @@
 """The commander node: decides which mode is flown, makes the reference of every mode, answers requests.
 
 A step is the state of every ``period_steps``-th plant step together with its `mission/reference` and `flight/guard`.
-In real time a step waits until the next state at most, and where no state comes a tick of 50 ms decides. The nodes of a
+In real time a step waits until the next state at most, and where no state comes a tick of 50 ms decides.
+``CommanderCore.step`` (commander_core.py) makes the decision of all that ``_decide`` gathers. The nodes of a
 flight follow `reference` and `flight/mode/steps`, both of one decision; `flight/mode` is latched and shows others the
 newest mode. A mode with ``is_over`` asks for the end of the flight; the node leaves when `flight/state` says ENDED or
 FAILED, or the vehicle interface is silent for long.
@@ -9,6 +10,8 @@ FAILED, or the vehicle interface is silent for long.
 Subscribes: state (VehicleState), mission/reference (TrajectoryPoint), flight/guard (GuardStatus), attitude_setpoint
 (AttitudeThrust), wrench_setpoint (WrenchStamped), flight/plan (FlightPlan), flight/nodes (NodeStatus), flight/request
 (FlightRequest), flight/autopilot (AutopilotStatus), battery_state (BatteryState), flight/events (FlightEvent).
+Publishes: reference, flight/mode/steps, flight/mode, and what every node does. Services: one for each request, with its
+name in lower case (services.py): ``goto`` (Goto), ``takeoff``, ``hold``, ``land`` and the others (Trigger).
 """
 
 import math
@@ -330,7 +333,7 @@ class Commander:
             self._ask(PendingRequest(Request(message.request), sender, place=place))
 
     def _ask(self, asked: PendingRequest) -> bool:
-        """Have a request wait for the next step; return whether it does."""
+        """Take in a request for the next step; return False if the queue is full."""
         is_taken = self._requests.add(asked)
         if not is_taken:
             who = f"{asked.request.name} of {asked.sender}"

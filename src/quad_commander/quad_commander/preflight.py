@@ -1,4 +1,4 @@
-"""Arming: what the other nodes said and sent, and every reason why the vehicle must not take off.
+"""Arming: what nodes, rates, vehicle and plan say against a take-off; node and core of the commander add theirs.
 
     looked = Preflight(flight, settings)
     looked.begin(sample, states)                # when ARMING begins; then on_node, on_plan, count, note

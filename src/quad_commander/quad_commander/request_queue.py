@@ -2,8 +2,9 @@
 
 queue = RequestQueue()
 queue.add(PendingRequest(Request.HOLD, "operator"))      # whenever a message or a service call comes
-asked = queue.take(mode, dt)                    # at each step: one request, or None
-queue.grant(asked)                              # if it was done
+queue.age(dt)                                   # at each step
+asked = queue.take(mode)                        # one request, or None
+queue.grant(asked, mode)                        # if it was done
 """
 
 from typing import NamedTuple
@@ -44,7 +45,10 @@ class RequestQueue:
         self._granted: dict[tuple[str, Request], float] = {}  # s since it was asked for last
 
     def add(self, asked: PendingRequest) -> bool:
-        """Take in a request; returns whether the queue could take it."""
+        """Take in a request; returns False if the queue is full.
+
+        A milder one than its sender's own that waits is dropped.
+        """
         key = (asked.sender, asked.request)
         if key in self._granted:
             self._granted[key] = 0.0
@@ -60,9 +64,12 @@ class RequestQueue:
         self._waiting[asked.sender] = asked
         return True
 
-    def take(self, mode: Mode, dt: float) -> PendingRequest | None:
-        """Return the most severe request and forget it; ``dt`` s have passed since the last call."""
+    def age(self, dt: float) -> None:
+        """Let ``dt`` s pass."""
         self._granted = {key: age + dt for key, age in self._granted.items() if age + dt <= REPEATS_WITHIN}
+
+    def take(self, mode: Mode) -> PendingRequest | None:
+        """Return the most severe request and forget it."""
         while self._waiting:
             asked = self._waiting.pop(max(self._waiting.values(), key=_rank).sender)
             if not self.only_repeats(asked, mode):
@@ -70,9 +77,9 @@ class RequestQueue:
         return None
 
     def only_repeats(self, asked: PendingRequest, mode: Mode) -> bool:
-        """Return whether ``asked`` repeats what its sender was granted, and would lead back from ``mode``."""
+        """Return whether ``asked`` repeats what its sender was granted, and would lead back from ``mode`` or arm."""
         then = GRANTED[asked.request].get(mode)
-        leads_back = then is None or severity(then) < severity(mode)
+        leads_back = then is None or severity(then) < severity(mode) or (then == Mode.ARMING and mode != then)
         return leads_back and (asked.sender, asked.request) in self._granted
 
     def ahead_of(self, request: Request) -> list[PendingRequest]:
@@ -80,16 +87,17 @@ class RequestQueue:
         rank = _RANKS.get(request, 0)
         return [asked for asked in self._waiting.values() if _rank(asked) > rank]
 
-    def grant(self, asked: PendingRequest) -> None:
-        """Remember that a request was done."""
+    def grant(self, asked: PendingRequest, mode: Mode) -> None:
+        """Remember that a request was done and led to ``mode``; it overtakes what is milder."""
         self._granted[asked.sender, asked.request] = 0.0
+        self._overtake(_rank(asked), mode)
 
-    def overtake(self, mode: Mode) -> None:
-        """Mark what still waits and is milder than ``mode``, which has begun since it was asked for."""
-        rank = max(
-            (rank for request, rank in _RANKS.items() if severity(GRANTED[request][Mode.HOLD]) <= severity(mode)),
-            default=0,
-        )
+    def begin(self, mode: Mode) -> None:
+        """Note that ``mode`` began unasked; it overtakes the requests for milder ones."""
+        led = (rank for request, rank in _RANKS.items() if severity(GRANTED[request][Mode.HOLD]) <= severity(mode))
+        self._overtake(max(led, default=0), mode)
+
+    def _overtake(self, rank: int, mode: Mode) -> None:
         self._waiting = {
             sender: asked._replace(overtaken=mode.name) if _rank(asked) < rank else asked
             for sender, asked in self._waiting.items()

@@ -81,7 +81,7 @@ def test_a_commander_gets_one_request_and_its_answer_is_reported(commander, requ
 @pytest.mark.parametrize(("words", "found"), [
     (["goto", "4", "0"], "goto: found '4 0', expected x y z in m"),
     (["goto", "4", "0", "two"], "goto: found '4 0 two', expected x y z in m"),
-    (["goto", "4", "0", "2", "90"], "for degrees write 90deg"),
+    (["goto", "4", "0", "2", "90"], "for degrees, as 90deg"),
     (["land", "2"], "land: found '2', expected nothing after it"),
     (["lnad"], "invalid choice: 'lnad'"),
 ])  # fmt: skip

@@ -377,6 +377,48 @@ def test_what_is_granted_overtakes_all_that_is_milder_whoever_asked_for_it(sever
     assert flight.go(DT, PendingRequest(Request.HOLD, "operator 1")).core.mode == Mode.HOLD, "asked for later it counts"
 
 
+def test_a_take_off_that_its_sender_keeps_repeating_does_not_follow_a_landing():
+    flight = Flight("")
+    for tenth in range(200):
+        pilot = [PendingRequest(Request.LAND, "pilot")] if tenth == 80 else []
+        flight.go(0.1, PendingRequest(Request.TAKEOFF, "gcs"), *pilot)
+    assert [mode.name for mode in flight.entered()] == ["ARMING", "TAKEOFF", "HOLD", "LAND", "DISARMED"]
+    flight.go(1.0)
+    flight.go(1.0, PendingRequest(Request.TAKEOFF, "gcs"))
+    assert flight.entered()[-2:] == [Mode.DISARMED, Mode.ARMING], "asked for anew after a pause"
+
+
+def test_a_stream_of_refused_requests_does_not_stop_the_mission():
+    flight = Flight("takeoff:2,hold:1,land").go(2.0)
+    for _ in range(1500):
+        flight.go(DT, PendingRequest(Request.DISARM, "stream"))
+    assert [mode.name for mode in flight.entered()] == ["ARMING", "TAKEOFF", "HOLD", "LAND", "DISARMED"]
+
+
+def test_a_more_severe_request_comes_before_the_mission_whatever_was_refused():
+    lands = Flight("takeoff:2,hold:1,land").go(20.0).modes.index(Mode.LAND)
+    flight = Flight("takeoff:2,hold:1,land").go((lands - 1) * DT)
+    flight.go(DT, PendingRequest(Request.DISARM, "stream")).go(DT, PendingRequest(Request.KILL, "operator"))
+    assert flight.core.mode == Mode.KILL
+
+
+def test_of_two_equal_requests_of_one_step_both_are_granted_in_the_order_of_arrival():
+    flight = Flight("takeoff:2,hold:100,land")
+    flight.go(10.0)
+    east, west = (PendingRequest(Request.GOTO, name, place=Place(x, 0.0, 2.0)) for name, x in (("a", 1.0), ("b", -1.0)))
+    flight.go(0.1, east, west)
+    assert [text for _, text in flight.news[-2:]] == ["GOTO of a: done", "GOTO of b: done"]
+    flight.go(15.0)
+    assert flight.state.p_w.x == pytest.approx(-1.0, abs=0.01)
+
+
+def test_a_refusal_names_the_mode_in_which_it_was_judged():
+    rises = Flight("takeoff:2,land").go(3.0).modes.index(Mode.TAKEOFF)
+    flight = Flight("takeoff:2,land").go(rises * DT)
+    flight.go(DT, PendingRequest(Request.DISARM, "pilot"))
+    assert (flight.core.mode, flight.said.answer_text) == (Mode.TAKEOFF, "DISARM is not possible in TAKEOFF")
+
+
 def test_what_is_granted_overtakes_also_for_a_sender_that_bears_the_name_of_the_mission():
     flight = Flight("takeoff,hold:600").go(8.0)
     flight.go(0.1, PendingRequest(Request.LAND, "mission"), PendingRequest(Request.HOLD, "x"))

@@ -57,7 +57,8 @@ def test_every_mission_ends_with_a_landing():
     ("takeoff,goto:1 2 3 4 5", "'goto:1 2 3 4 5'", "x y z in m"),
     ("takeoff,goto:1 two 3", "'goto:1 two 3'", "x y z in m"),
     ("takeoff,goto:1 2 nan", "'goto:1 2 nan'", "[-10000, 10000] m"),
-    ("takeoff,goto:1 2 3 90", "'goto:1 2 3 90'", "for degrees write 90deg"),
+    ("takeoff,goto:1 2 3 90", "'goto:1 2 3 90'", "for degrees, as 90deg"),
+    ("takeoff,goto:1 2 3 400deg", "'goto:1 2 3 400deg'", "at most one turn, in rad or, for degrees, as 90deg"),
     ("takeoff," + "hold:1," * 100 + "land", "102 items", "at most 100"),
 ])  # fmt: skip
 def test_what_cannot_be_flown_is_named(text, found, expected):

@@ -5,8 +5,6 @@ import pytest
 from quad_commander.request_queue import MOST_SENDERS, PendingRequest, RequestQueue
 from quad_core.enumerations import Mode, Request
 
-DT = 0.01
-
 
 def queue_of(*asked):
     queue = RequestQueue()
@@ -17,7 +15,7 @@ def queue_of(*asked):
 
 def all_of(queue, mode=Mode.HOLD):
     found = []
-    while (asked := queue.take(mode, DT)) is not None:
+    while (asked := queue.take(mode)) is not None:
         found.append(asked)
     return found
 
@@ -56,4 +54,4 @@ def test_a_refused_stream_does_not_keep_others_waiting():
     queue.add(PendingRequest(Request.DISARM, "stream"))
     queue.add(PendingRequest(Request.MISSION, "operator"))
     queue.add(PendingRequest(Request.DISARM, "stream"))
-    assert queue.take(Mode.HOLD, DT) == PendingRequest(Request.MISSION, "operator")
+    assert queue.take(Mode.HOLD) == PendingRequest(Request.MISSION, "operator")

@@ -334,10 +334,16 @@ def _parser() -> Parser:
     return parser
 
 
+def _whole(name: str) -> str:
+    """Return the whole path of a file that is there: fly runs in another folder."""
+    return str(Path(name).resolve()) if Path(name).is_file() else name
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns its exit code."""
     options = _parser().parse_args(arguments)
     options.root = Path(os.environ["QUAD_ROOT"])
+    options.vehicle, options.preset = _whole(options.vehicle), _whole(options.preset)
     options.out = (options.out or Path(time.strftime("flights/link-%Y%m%d-%H%M%S"))).resolve()
     try:
         options.bridge = overrides_for([read_parameter_file(options.airframe)], PX4)
@@ -395,14 +401,15 @@ def _fly(options: argparse.Namespace, px4: ModuleType, mode: str, fault: str) ->
     """Fly one loss in this process and print its row; returns the exit code."""
     os.environ["ROS_DOMAIN_ID"] = str(options.domain)
     rclpy.init(args=[], domain_id=options.domain, signal_handler_options=SignalHandlerOptions.NO)
-    check = Check(options, Relay(px4, str(options.bridge.get("namespace", ""))), hasattr(px4, "SetpointConfig"))
+    check = None
     try:
+        check = Check(options, Relay(px4, str(options.bridge.get("namespace", ""))), hasattr(px4, "SetpointConfig"))
         row = check.refuse(mode) if fault == LIMIT else check.lose(mode, fault)
-    except ParameterError as error:
+    except (ParameterError, OSError, subprocess.CalledProcessError) as error:
         print(f"check_link: {error}", file=sys.stderr)
         return 2
     finally:
-        if check.agent is not None:
+        if check is not None and check.agent is not None:
             check.agent.kill()
     print(_printed(row), flush=True)
     return _code(row, _limit(mode, options.bridge, check.watches))

@@ -9,8 +9,9 @@ An external mode adds registration, configuration and arming checks; ``actuation
 PX4 reports none over DDS.
 
 A step of the flight begins with an odometry, which becomes ``state``, and ends with the controllers' answer, which goes
-to PX4 as it arrives. ``Px4Bridge.step`` runs every 20 ms: it takes the arming sequence on and ends by sending
-heartbeat, request, idle or level setpoint.
+to PX4 as it arrives. ``Px4Bridge.step`` runs every 20 ms: ``AutopilotFlight.step`` takes the arming sequence on and
+sends its requests, then heartbeat and idle or level setpoint follow. ``AutopilotFlight`` ends the flight by FAILED or
+ENDED on flight/state, after a landing by us or by PX4.
 """
 
 import math
@@ -94,9 +95,10 @@ class Px4Bridge:
             )
         space, refusal = self.settings.namespace, self._arming_refusal
         external = ExternalMode(self.node.ros, self.px4, space, name, self._mode, refusal, self.settings.loss_limit)
-        if not self._by_attitude and not external.watches:
+        if not self._by_attitude and not (external.watches and self.settings.loss_limit):
+            watched = "a loss_limit above 0, " if external.watches else ""
             raise ParameterError(
-                f"external_mode: found {name!r} in mode wrench or motors, expected mode attitude, or no external_mode: "
+                f"external_mode: found {name!r} in mode wrench or motors, expected {watched}mode attitude, or none: "
                 f"a lost link turns the vehicle over, for this PX4 holds the last torque for {MODE_LOSS:g} s"
             )
         return external

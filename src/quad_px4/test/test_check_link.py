@@ -194,3 +194,31 @@ def test_a_flight_that_measured_nothing_or_hung_is_flown_once_more(codes, found,
     assert check_link._fly_apart(options, "offboard", "link cut", 3) == found
     assert outs == [str(tmp_path / "3"), str(tmp_path / "3-again")][:flown]
     assert capsys.readouterr().out == ("offboard  link cut           hung\n" if codes[-1] < 0 else f"{codes[-1]}\n")
+
+
+@pytest.mark.parametrize(
+    "error", [OSError("no such agent"), check_link.subprocess.CalledProcessError(1, "false"), FileExistsError("out")]
+)
+def test_what_keeps_a_flight_from_beginning_is_one_line_and_nothing_measured(error, monkeypatch, capsys):
+    monkeypatch.setattr(check_link.rclpy, "init", lambda **_: None)
+    monkeypatch.setattr(check_link, "Relay", Mock())
+    monkeypatch.setattr(Check, "lose", Mock(side_effect=error))
+    options = _parser().parse_args(["air.yaml"])
+    options.bridge = {}
+    monkeypatch.setenv("ROS_DOMAIN_ID", "0")
+    assert check_link._fly(options, Mock(), "offboard", "link cut") == 2
+    monkeypatch.setattr(Check, "_agent", Mock(side_effect=error))
+    assert check_link._fly(options, Mock(), "offboard", "link cut") == 2
+    assert capsys.readouterr().err == f"check_link: {error}\n" * 2
+
+
+def test_files_are_those_of_the_folder_in_which_the_command_is_given(monkeypatch, tmp_path, capsys):
+    (tmp_path / "mine.yaml").write_text("/**/simulator: {ros__parameters: {}}\n")
+    flown = Mock(return_value=0)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("QUAD_ROOT", "/elsewhere")
+    monkeypatch.setattr(check_link.messages, "load", Mock)
+    monkeypatch.setattr(check_link, "_fly_apart", flown)
+    assert check_link.main(["mine.yaml", "--vehicle", "mine.yaml", "--preset", "x500"]) == 0
+    options = flown.call_args.args[0]
+    assert (options.vehicle, options.preset) == (str(tmp_path / "mine.yaml"), "x500")

@@ -48,3 +48,26 @@ def test_a_take_off_after_which_a_pilot_would_have_to_choose_the_mode_again_is_r
     else:
         Px4Bridge._registered(bridge)
     assert made.called == (bool(name) and not is_refused)
+
+
+@pytest.mark.parametrize(
+    ("by_attitude", "watches", "limit", "expected"),
+    [
+        (True, False, 0.0, ""),
+        (False, False, 0.2, "expected mode attitude, or none"),
+        (False, True, 0.2, ""),
+        (False, True, 0.0, "expected a loss_limit above 0, mode attitude, or none"),
+    ],
+)
+def test_without_attitude_an_external_mode_is_flown_only_where_px4_notices_a_lost_link_in_time(
+    by_attitude, watches, limit, expected, monkeypatch
+):
+    external = Mock(watches=watches)
+    monkeypatch.setattr("quad_px4.node.ExternalMode", Mock(return_value=external))
+    bridge = Mock(_by_attitude=by_attitude)
+    bridge.settings = Mock(external_mode="Mine", chosen_by=ChosenBy.BRIDGE.value, loss_limit=limit)
+    if expected:
+        with pytest.raises(ParameterError, match=expected):
+            Px4Bridge._registered(bridge)
+    else:
+        assert Px4Bridge._registered(bridge) is external
