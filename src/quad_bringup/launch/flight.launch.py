@@ -8,6 +8,7 @@ Exit code as of scripts/fly: 0 the flight was good, 1 it failed, 2 an argument o
 import os
 import shlex
 import sys
+from pathlib import Path
 from typing import Any
 
 from launch import LaunchContext, LaunchDescription
@@ -62,7 +63,7 @@ def words(context: LaunchContext) -> list[str]:
 
 def is_named_by_the_user() -> bool:
     """Return whether the command line names this file: a file that includes it has arguments of its own."""
-    return any(word.endswith("flight.launch.py") for word in sys.argv)
+    return any(Path(word).name == "flight.launch.py" for word in sys.argv)
 
 
 def end(event: Any, _context: LaunchContext) -> None:

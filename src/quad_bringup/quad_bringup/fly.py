@@ -226,7 +226,8 @@ def _own(options: argparse.Namespace) -> dict[str, list[str]]:
             what = "a file that is not executable" if Path(program).is_file() else "neither on PATH nor a file"
             raise ParameterError(f"--own: {role}: found {program!r}, {what}, expected a program")
     if found and options.one_process:
-        raise ParameterError("--own: found --one-process too, expected one of them: a node of your own is a process")
+        name = "--own" if options.own else "--vehicle-interface"
+        raise ParameterError(f"{name}: found --one-process too, expected one of them: such a node is a process")
     return found
 
 

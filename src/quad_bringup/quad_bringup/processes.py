@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ament_index_python.packages import get_package_prefix
 
-from quad_core.cascade import ALL_ROLES, SHADOW, SIMULATOR
+from quad_core.cascade import ALL_ROLES, SHADOW
 
 # What is asked of a process in turn, and how long (s) it then has; SIGABRT leaves in its log where it hung.
 _STOPS = ((signal.SIGINT, 4.0), (signal.SIGTERM, 8.0), (signal.SIGABRT, 1.0), (signal.SIGKILL, 2.0))
@@ -53,11 +53,16 @@ class Processes:
         """Start nothing yet; ``environment`` is that of every process."""
         self._logs, self._environment = logs, dict(environment)
         self._running: dict[str, subprocess.Popen[bytes]] = {}
+        self._interface = ""  # the role of the process that owns the vehicle
         self.codes: dict[str, int] = {}
         self._asked = False  # to land: a second signal would stop the motors
 
     def start(self, role: str, command: Sequence[str | Path]) -> None:
-        """Start the process of ``role``; raises OSError if it cannot be started."""
+        """Start the process of ``role``; raises OSError if it cannot be started.
+
+        The first one owns the vehicle: the simulator, a vehicle interface, or the process of all five nodes.
+        """
+        self._interface = self._interface or role
         with self._log(role).open("wb") as output:
             self._running[role] = subprocess.Popen(
                 [os.fspath(part) for part in command],
@@ -106,17 +111,15 @@ class Processes:
         return bool(self._running)
 
     def interrupt_vehicle_interface(self) -> None:
-        """Ask the process that owns the vehicle, in one process the only one, to end the flight."""
+        """Ask the process that owns the vehicle to end the flight."""
         interface = self.vehicle_interface()
         if interface is not None:
             self._asked = True
             _signal(interface, signal.SIGINT)
 
     def vehicle_interface(self) -> "subprocess.Popen[bytes] | None":
-        """Return the process that owns the vehicle: the simulator or the only one there was, None if it has left."""
-        if SIMULATOR in self.codes:  # it has left, and no other process has the vehicle
-            return None
-        return self._running.get(SIMULATOR) or next(iter(self._running.values()), None)
+        """Return the process that owns the vehicle, None if it has left."""
+        return self._running.get(self._interface)
 
     def stop(self, landing: float = 0.0) -> None:
         """End all processes that still run; ``landing``: s in which a vehicle may be brought down before.
@@ -129,7 +132,7 @@ class Processes:
                 self.interrupt_vehicle_interface()
             with suppress(subprocess.TimeoutExpired):
                 interface.wait(landing)
-        self._ask(SIMULATOR, signal.SIGINT, _SIMULATOR_FIRST)
+        self._ask(self._interface, signal.SIGINT, _SIMULATOR_FIRST)
         for number, patience in _STOPS:
             self._ask("", number, patience)
 

@@ -146,12 +146,12 @@ def started(command: Sequence[str | Path], arguments: Sequence[str]) -> list[str
 
 def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: FlightState | None) -> int:
     """Print the table and what went wrong; returns the exit code. ``seen``: the last news of the flight itself."""
-    for role, code in processes.codes.items():
-        if code == BAD_SETUP:
-            complain(processes.last_lines(role, 1)[0] if processes.last_lines(role, 1) else f"{role}: bad set-up")
-            return BAD_SETUP
     with busy(f"{flight.name}: reading the bag"):
         text, found, unknown, early = shown(flight)
+    for role, code in processes.codes.items():
+        if code == BAD_SETUP and (not text or role in SHADOWS):  # of a flight that began it is how a node ended
+            complain(processes.last_lines(role, 1)[0] if processes.last_lines(role, 1) else f"{role}: bad set-up")
+            return BAD_SETUP
     if text:
         say(text)
     problems = ([outcome.cause] if outcome.cause else []) + found
@@ -170,7 +170,10 @@ def _judge(flight: Planned, processes: Processes, outcome: Outcome, seen: Flight
     if early and seen is not None and is_over(seen):
         until = seconds(stamp_ns(seen.stamp), 1)
         problems.insert(0, f"the flight itself went on to {until:.2f} s: {seen.reason or PHASES[seen.state]}")
-    lines = [f"{role} hung while it left, after the flight had ended, and was stopped" for role in outcome.late]
+    lines = [
+        f"{_named(flight, role)} hung while it left, after the flight had ended, and was stopped"
+        for role in outcome.late
+    ]
     lines += [f"{ends[role]}; the flight does not depend on it" for role in set(bad) & set(SHADOWS)]
     for line in (*lines, *problems):
         complain(f"{flight.name}: {line}")

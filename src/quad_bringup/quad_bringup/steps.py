@@ -96,7 +96,10 @@ def prints(nodes: Mapping[str, Resolved], interface: str) -> Prints:
     name, _, file = interface.partition("=")
     vehicle: dict[str, Any] = {**flatten(nodes[SIMULATOR].vehicle), "interface": name}
     if file:
-        vehicle["file"] = Path(file).read_text(encoding="utf-8")
+        try:
+            vehicle["file"] = Path(file).read_text(encoding="utf-8")
+        except UnicodeDecodeError as error:
+            raise ParameterError(f"{file}: found {error.reason} at byte {error.start}, expected UTF-8") from error
     gains: dict[str, Any] = {"plant_period": nodes[SIMULATOR].flight.plant_period}
     for role in (stage.role for stage in STAGES if stage.role in nodes):
         fields = nodes[role].all_fields()

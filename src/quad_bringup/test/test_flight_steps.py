@@ -100,6 +100,13 @@ def test_the_hashes_are_those_of_the_vehicle_and_of_the_gains(settings, is_vehic
     assert (usual.vehicle == other.vehicle, usual.gains == other.gains) == (is_vehicle, is_gains)
 
 
+def test_a_file_in_another_encoding_is_refused_by_name(tmp_path):
+    nodes, file = resolve_flight(Request("hover"), {}), tmp_path / "airframe.yaml"
+    file.write_bytes(b"a: 1  # 30 \xb0\n")
+    with pytest.raises(ParameterError, match=r"airframe\.yaml: found .* at byte 11, expected UTF-8"):
+        steps.prints(nodes, f"px4={file}")
+
+
 def test_the_file_of_a_vehicle_interface_is_part_of_the_vehicle(tmp_path):
     nodes, file = resolve_flight(Request("hover"), {}), tmp_path / "airframe.yaml"
     found = set()

@@ -108,8 +108,9 @@ def test_launch_ends_with_the_exit_code_of_fly(launch_file, code):
     assert left.value.code == code
 
 
-def test_a_file_that_includes_this_one_has_arguments_and_an_end_of_its_own(launch_file, monkeypatch):
-    monkeypatch.setattr(sys, "argv", ["ros2", "launch", "mine.launch.py", "cas:=hover"])
+@pytest.mark.parametrize("name", ["mine.launch.py", "my_flight.launch.py"])
+def test_a_file_that_includes_this_one_has_arguments_and_an_end_of_its_own(name, launch_file, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["ros2", "launch", name, "cas:=hover"])
     monkeypatch.setattr(Context, "argv", ["cas:=hover"])
     assert started(launch_file).on_exit(SimpleNamespace(returncode=1), {}) is None
 

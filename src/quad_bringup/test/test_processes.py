@@ -116,6 +116,17 @@ def test_who_lands_a_vehicle_has_the_time_for_it(started):
     assert started.codes == {"simulator": 9}
 
 
+def test_what_has_the_vehicle_is_the_process_that_was_started_first_and_none_once_it_has_left(started):
+    start(started, "one_process", "print('x', flush=True)")
+    start(started, "commander", POLITE)
+    deadline = time.monotonic() + 30.0
+    while "one_process" not in started.codes and time.monotonic() < deadline:
+        assert started.vehicle_interface().pid == started.pids()["one_process"]
+        started.reap()
+    assert started.vehicle_interface() is None
+    assert list(started.pids()) == ["commander"]
+
+
 def test_a_process_that_hangs_tells_where(started):
     start(started, "recorder", HUNG)
     started.stop()

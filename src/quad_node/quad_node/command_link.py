@@ -59,7 +59,7 @@ class WrenchLink:
             return
         step = self.heard_step = node.current_step
         if not found.finite:
-            self._guard.last_refusal = f"{COMMAND}: a number that is not finite"
+            self._guard.note_refusal(step, f"{COMMAND}: a number that is not finite")
             node.events.reject(COMMAND, "a number that is not finite", found.stamp_ns)
         elif node.flying and self._is_welcome(found, step):
             self.newest, self.at = found, time.monotonic()

@@ -239,7 +239,7 @@ class FlightLeader:
         problem = self.handshake.on_status(message)
         flies = self.link is not None and self.link.armed and self.phase != FlightState.WAITING
         if problem and flies and message.role in (TRAJECTORY, RECORDER):
-            self.node.events.warn("node_failed", problem)  # neither is needed to land
+            self.node.events.warn("node_failed", problem, always=True)  # neither is needed to land
             if message.role == RECORDER:
                 self.unrecorded = True
                 self._progress()

@@ -229,7 +229,8 @@ class FlightNode:
     def _on_parameters(self, resolved: Resolved, changes: dict[str, Value]) -> None:
         self.resolved = resolved
         self.publish_parameters()
-        self.events.info("parameter_set", ", ".join(f"{name} = {value}" for name, value in changes.items()))
+        text = ", ".join(f"{name} = {value}" for name, value in changes.items())
+        self.events.info("parameter_set", text, always=True)
 
     def _on_flight_state(self, message: FlightState) -> None:
         if self.is_foreign("flight/state", message.run):

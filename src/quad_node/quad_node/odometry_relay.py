@@ -164,13 +164,13 @@ class OdometryRelay:
 
     def _relay(self, sample: Sample, now: float) -> None:
         node, period = self.node, self._period
-        found, stamp = self.estimator.take(sample), max(sample.stamp_ns, 0)
+        found = self.estimator.take(sample)
         while self.estimator.news:
             kind, text = self.estimator.news.popleft()
             if kind == "wrong_pose":
                 self._give_up(kind, text)
                 return
-            node.events.warn(kind, text, stamp)
+            node.events.warn(kind, text, always=kind == "wrong_twist")  # each part of it once in a flight
         if found is None:
             begins = not node.lockstep and seconds(self.estimator.good_step, period) < _BEGINS
             if begins and self.estimator.stall and now - self._accepted_at > _BEGINS:
@@ -182,9 +182,9 @@ class OdometryRelay:
             self._silent()
             return
         if self._begun and passed > _LATE and not node.lockstep:
-            node.events.warn("estimator_late", f"{self._topic}: nothing for {1e3 * passed:.0f} ms", stamp)
+            node.events.warn("estimator_late", f"{self._topic}: nothing for {1e3 * passed:.0f} ms")
         if not is_flyable(state):
-            node.events.reject(self._topic, "its state is out of range", stamp, "rejected_odometry")
+            node.events.reject(self._topic, "its state is out of range", kind="rejected_odometry")
             return
         dt = seconds(max(step - node.current_step, 0), period)
         stands = self._settings.on_ground and not self._begun

@@ -130,7 +130,7 @@ class InputTopic:
         return self._arrivals[max(begun)] if begun else None
 
     def forget_before(self, step: int) -> None:
-        """Drop what no step from ``step`` on needs; a single value stays."""
+        """Drop what no step from ``step`` on needs; does nothing with a single value."""
         if len(self._arrivals) < 2:
             return
         for first, arrival in list(self._arrivals.items()):

@@ -262,7 +262,8 @@ class Links:
     def _on_other_qos(self, topic: str, info: Any) -> None:
         policy = qos_policy_name_from_kind(info.last_policy_kind).lower()
         if self.events is not None:
-            self.events.warn("other_qos", f"{topic}: a publisher of other {policy}; nothing of it is received")
+            text = f"{topic}: a publisher of other {policy}; nothing of it is received"
+            self.events.warn("other_qos", text, always=True)
 
 
 def second_senders(graph: Node, topics: Iterable[str]) -> list[str]:

@@ -34,7 +34,7 @@ class VehicleGuard:
         self._node = node
         self._period = node.flight.plant_period
         self._dt = seconds(1, self._period)
-        self._dropped = 0
+        self._dropped, self._refused_step = 0, -1
         self._said: tuple[int, int, bool] = (GuardMode.PASS, GuardReason.GOOD, False)
         self._reported: dict[str, int] = {}
         self._due, self._period_of = 0, period_of
@@ -71,13 +71,20 @@ class VehicleGuard:
         self._dropped += 1
         self._tell_refusal(step, f"{COMMAND}: {COMMAND_REFUSALS[refusal]}")
 
+    def note_refusal(self, step: int, text: str) -> None:
+        """Note what was refused last, at ``step``."""
+        self.last_refusal, self._refused_step = text, step
+
     def describe(self) -> str:
         """Return since when and why the guard flies, for people; empty if it does not."""
         memory = self.memory
         found = described(memory.mode, memory.reason, memory.since)
-        topics: dict[int, str] = {GuardReason.WRENCH_LOST: f"{COMMAND}:", GuardReason.STATE_LOST: "state:"}
-        topic = topics.get(memory.reason)
-        if found and topic and self.last_refusal.startswith(topic):
+        lost = {
+            GuardReason.WRENCH_LOST: (f"{COMMAND}:", memory.command_step),
+            GuardReason.STATE_LOST: ("state:", memory.estimate.step),
+        }
+        topic, last_good = lost.get(GuardReason(memory.reason), ("", 0))
+        if found and topic and self.last_refusal.startswith(topic) and self._refused_step >= last_good:
             found += f", the last one was refused: {self.last_refusal}"
         return found
 
@@ -103,7 +110,7 @@ class VehicleGuard:
 
     def _tell_refusal(self, step: int, text: str) -> None:
         """Report a refusal, the same one at most once a second: two that take turns must not flood the log."""
-        self.last_refusal = text
+        self.note_refusal(step, text)
         if step < self._reported.get(text, 0):
             self._node.events.counts["guard_refused"] += 1
             return

@@ -114,6 +114,21 @@ def test_what_cannot_be_used_is_named_and_after_five_seconds_the_end(relay, chan
     assert relay.node.exit_code == 1
 
 
+@pytest.mark.parametrize("kinds", [["estimator_reset"], ["wrong_twist", "wrong_twist"]])
+def test_what_the_estimator_says_has_the_time_of_the_flight_and_each_part_of_a_wrong_twist_is_said(
+    relay, kinds, monkeypatch
+):
+    said = []
+    for name in ("info", "warn", "error"):
+        monkeypatch.setattr(relay.node.events, name, getattr(type(relay.node.events), name).__get__(relay.node.events))
+    monkeypatch.setattr(relay.node.events, "_out", SimpleNamespace(publish=said.append))
+    relay.node.flying, relay.node.current_step = True, 50
+    relay.estimator.news.extend((kind, f"part {number}") for number, kind in enumerate(kinds))
+    relay._relay(sample_of(message_at(1_764_000_000 * 10**9), 1_764_000_000 * 10**9, relay.now), relay.now)
+    assert [event.kind for event in said[: len(kinds)]] == kinds
+    assert {(event.stamp.sec, event.stamp.nanosec) for event in said} == {(0, 100_000_000)}
+
+
 def test_a_pose_from_which_no_flyable_state_comes_is_counted(relay):
     """Two poses 2 us apart in the steps 1 and 2: the slope between them is 5 km/s."""
     relay.node.flying = True

@@ -79,9 +79,9 @@ def matched(count):
 
 def test_other_qos_is_named_by_topic_and_policy():
     events, links = [], Links(Graph({}), (), True, False)
-    links.events = SimpleNamespace(warn=lambda *event: events.append(event))
+    links.events = SimpleNamespace(warn=lambda *event, always: events.append((*event, always)))
     links._on_other_qos("state", SimpleNamespace(last_policy_kind=QoSPolicyKind.RELIABILITY))
-    assert events == [("other_qos", "state: a publisher of other reliability; nothing of it is received")]
+    assert events == [("other_qos", "state: a publisher of other reliability; nothing of it is received", True)]
 
 
 def test_a_writer_that_the_graph_shows_is_missing_until_the_reader_has_matched_it():

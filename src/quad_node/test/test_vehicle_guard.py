@@ -110,6 +110,15 @@ def test_an_absurd_wrench_is_dropped_and_named_as_the_last_refusal():
     )
 
 
+def test_a_refusal_from_before_good_wrenches_is_no_cause_of_their_loss():
+    _, ours = made()
+    step(ours, 0)
+    ours.refused(1, CommandRefusal.THRUST)
+    for k in range(2, 200):
+        step(ours, k, arrived=k < 100)
+    assert ours.describe() == "guard in descend since step 125: no good wrench"
+
+
 def test_a_kill_is_an_error_and_a_release_is_said():
     node, ours = made()
     step(ours, 0, request=GuardRequest.DESCEND)
