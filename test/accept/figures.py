@@ -16,6 +16,7 @@ class Figures:
 
     def __init__(self, folder):
         self.folder, self.failed = folder, 0
+        self.asked_for = {}  # {kind: whether its name was asked for}
 
     def at_most(self, name, value, limit, unit=""):
         """Print a measured value; a limit that is not kept, or NaN, is a failure."""
@@ -40,11 +41,20 @@ class Figures:
 
     def wants(self, name):
         """Return whether a kind is asked for by its name."""
-        return re.search(os.environ.get("QUAD_ACCEPT_ONLY", ""), name) is not None
+        self.asked_for[name] = re.search(os.environ.get("QUAD_ACCEPT_ONLY", ""), name) is not None
+        return self.asked_for[name]
+
+    def code(self):
+        """Return the exit code: 0 all kept, 1 a figure missed its limit, 2 no kind has the name that was asked for."""
+        if self.asked_for and not any(self.asked_for.values()):
+            kinds = "; ".join(self.asked_for)
+            print(f"--only: found {os.environ['QUAD_ACCEPT_ONLY']!r}, expected part of one of {kinds}", file=sys.stderr)
+            return 2
+        return 1 if self.failed else 0
 
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory(prefix=f"{sys.argv[1]}-") as made:
         found = Figures(Path(made))
         importlib.import_module(sys.argv[1]).run(found)
-    sys.exit(1 if found.failed else 0)
+    sys.exit(found.code())
