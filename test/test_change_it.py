@@ -1,4 +1,4 @@
-"""Each change of docs/how_to/change_it.md, made in a copy: it edits the files that the page names, and tests pass."""
+"""Each change of the table in docs/how_to/change_it.md, made in a copy: it edits those files, and tests pass."""
 
 import re
 import shutil

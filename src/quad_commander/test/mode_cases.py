@@ -1,4 +1,4 @@
-"""The mode table as a person wrote it from docs/explanation/safety.md, and how each condition comes about."""
+"""The mode table as a person wrote it, from what each mode is for, and how each condition comes about."""
 
 from quad_commander import modes
 from quad_commander.mode_table import Condition
