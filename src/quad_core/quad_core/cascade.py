@@ -98,7 +98,8 @@ SIGNALS = {
         *(Signal(stage.internals_topic, stage.internals, stage.role, stage.paper) for stage in STAGES),
     )
 }
-"""{topic: what it carries}: all that a flight without ROS computes, too, but for the commander's two."""
+"""{topic: what it carries}. A flight without ROS logs those that ``Row`` in quad_flight/loop.py has; the payload hash
+covers the topics in ``STEP_TOPICS`` of quad_flight_log/payload_hash.py."""
 
 
 ROLES = {
