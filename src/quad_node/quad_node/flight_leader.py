@@ -32,6 +32,7 @@ from quad_node.vehicle_guard import VehicleGuard
 _STATE_EVERY = 10  # ticks between two messages on flight/state
 _UNRECORDED_PATIENCE = 0.5  # s for the nodes of a flight without recorder to receive its end
 _STOOD_STILL = 0.03  # s late from which on this process, or its host, is to blame for what is old
+_STATES_LOST = 0.1  # s without a state after which a commander asks for a descent
 _HEARD = 0.04  # s since a wrench of any quality arrived: shorter than the guard's patience
 
 
@@ -68,6 +69,7 @@ class FlightLeader:
         self.end_step, self.recorded_step = 0, -1
         self.armed = True
         self.cause = self.suspect = self.stood_still = ""
+        self._late = 0.0
         self.gives_up = self.unrecorded = False
         self.estimator = "the estimator"
         self._reason, self._leave_by, self._begun_at, self._ticks = "", 0.0, 0.0, 0
@@ -193,11 +195,14 @@ class FlightLeader:
 
     def note_pause(self, late: float) -> None:
         """Note in ``stood_still`` that this process came ``late`` s too late, unless that is next to nothing."""
+        self._late = late
         self.stood_still = f"{self.node.ros.get_name()} stood still for {late:.2f} s" if late > _STOOD_STILL else ""
 
     def _culprit(self) -> str:
         """Return who or what made the guard take over, empty if it was the flight itself."""
         step, reason = self.node.current_step, self.guard.memory.reason
+        if reason == GuardReason.REQUESTED and self._late > _STATES_LOST:  # asked for because of that
+            return self.stood_still
         if reason not in (GuardReason.STATE_LOST, GuardReason.WRENCH_LOST):
             return ""
         if self.stood_still:

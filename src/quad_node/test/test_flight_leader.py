@@ -29,16 +29,19 @@ def owner(start_node, callbacks):
 STILL = "simulator stood still for 1.00 s"
 
 
-@pytest.mark.parametrize(("reason", "quiet", "stood_still", "expected"), [
-    (GuardReason.WRENCH_LOST, 25, "", "attitude_controller does not answer step 100: no wrench_setpoint"),
-    (GuardReason.WRENCH_LOST, 5, "", "wrench_setpoint arrives, but no good one reaches the rotors"),
-    (GuardReason.WRENCH_LOST, 25, STILL, STILL),
-    (GuardReason.STATE_LOST, 25, "", "state: nothing good from PX4"),
-    (GuardReason.STATE_LOST, 25, STILL, STILL),
-    (GuardReason.TILT, 25, "", ""),
+@pytest.mark.parametrize(("reason", "quiet", "late", "expected"), [
+    (GuardReason.WRENCH_LOST, 25, 0.0, "attitude_controller does not answer step 100: no wrench_setpoint"),
+    (GuardReason.WRENCH_LOST, 5, 0.0, "wrench_setpoint arrives, but no good one reaches the rotors"),
+    (GuardReason.WRENCH_LOST, 25, 1.0, STILL),
+    (GuardReason.STATE_LOST, 25, 0.0, "state: nothing good from PX4"),
+    (GuardReason.STATE_LOST, 25, 1.0, STILL),
+    (GuardReason.REQUESTED, 25, 1.0, STILL),
+    (GuardReason.REQUESTED, 25, 0.09, ""),
+    (GuardReason.TILT, 25, 0.0, ""),
 ])  # fmt: skip
-def test_a_takeover_names_the_node_that_caused_it(owner, reason, quiet, stood_still, expected):
-    owner.node.current_step, owner.end_step, owner.estimator, owner.stood_still = 100, 500, "PX4", stood_still
+def test_a_takeover_names_the_node_that_caused_it(owner, reason, quiet, late, expected):
+    owner.node.current_step, owner.end_step, owner.estimator = 100, 500, "PX4"
+    owner.note_pause(late)
     owner.wrenches.heard_step = 100 - quiet
     owner.guard.memory = owner.guard.memory._replace(reason=reason)
     assert owner._culprit() == expected
