@@ -4,8 +4,8 @@
     quad.vehicles     ROLE = module:NAME of a VehicleInterface
     quad.nodes        ROLE = module:NAME of a Role
 
-The name of the entry point is the role: the node, its executable and its name in parameter files. Stages
-and vehicle interfaces of the sourced environment are known to every flight of it; an optional node takes part where
+The name of the entry point is the role: the node, its executable and its name in parameter files. Stages and
+vehicle interfaces of the sourced environment are known to every flight of it; an optional node takes part where
 `flight.roles` names it. Nothing of it is named in this package.
 """
 

@@ -126,8 +126,9 @@ class Simulator:
                 return
             wrenches.missed += wrenches.newest.step < step - step % leader.handshake.period(COMMANDING)
         behind = int((now - self._clock_start) * 1e9) // self._period - step
-        self.node.events.counts["overruns"] += max(behind - 1, 0)
-        leader.note_pause(seconds(max(behind - 1, 0), self._period))
+        late = max(behind - 1, 0)
+        self.node.events.counts["overruns"] += late
+        leader.note_pause(seconds(late, self._period))
         for _ in range(behind):
             if leader.phase == FlightState.FLYING:
                 self.step(publish=self.node.lockstep)

@@ -41,8 +41,7 @@ class FlightLeader:
 
     While ``armed`` is false the guard rests and the rotors get nothing. ``gives_up``: only the guard flies on, and of a
     commander's requests only KILL counts. ``unrecorded``: the recorder was given up. ``suspect``: the node that caused
-    the last guard takeover. ``stood_still``: text, how long this process was late. ``estimator``: the node that
-    gives the state.
+    the last guard takeover. ``estimator``: the node that gives the state.
     """
 
     def __init__(
@@ -68,7 +67,7 @@ class FlightLeader:
         self.phase = FlightState.WAITING
         self.end_step, self.recorded_step = 0, -1
         self.armed = True
-        self.cause = self.suspect = self.stood_still = ""
+        self.cause = self.suspect = ""
         self._late = 0.0
         self.gives_up = self.unrecorded = False
         self.estimator = "the estimator"
@@ -194,9 +193,13 @@ class FlightLeader:
         self._leave_when_recorded()
 
     def note_pause(self, late: float) -> None:
-        """Note in ``stood_still`` that this process came ``late`` s too late, unless that is next to nothing."""
+        """Note by how many s this process came too late."""
         self._late = late
-        self.stood_still = f"{self.node.ros.get_name()} stood still for {late:.2f} s" if late > _STOOD_STILL else ""
+
+    @property
+    def stood_still(self) -> str:
+        """Who stood still for how long when this process came last, empty if that is next to nothing."""
+        return f"{self.node.ros.get_name()} stood still for {self._late:.2f} s" if self._late > _STOOD_STILL else ""
 
     def _culprit(self) -> str:
         """Return who or what made the guard take over, empty if it was the flight itself."""
